@@ -1,7 +1,7 @@
-"""The stand-ins in processes that a program starts.
+"""Stand-ins in child processes.
 
-A forked process has them. One that ``multiprocessing`` starts anew, as it does on Windows and macOS, and on Linux from
-Python 3.14 on, imports the program again by itself.
+A forked process inherits them. A process that ``multiprocessing`` spawns, as it does on Windows and macOS, and on Linux
+from Python 3.14 on, imports the program again and must install them first.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ __all__ = ["Chosen", "hand_on", "stand_in"]
 
 
 class Chosen(NamedTuple):
-    """What a program's imports mean, and which arm it speaks to."""
+    """Meaning of a program's imports, and the arm that it connects to."""
 
     port: str | None
     pydobot: str
@@ -27,13 +27,13 @@ class Chosen(NamedTuple):
 
 
 def stand_in(chosen: Chosen) -> None:
-    """Puts the stand-ins in place of the libraries."""
+    """Replaces the libraries by the stand-ins."""
     _line.send_elsewhere(chosen.port)
     _modules.install(chosen.pydobot, chosen.dobotdll, chosen.packages, own=chosen.own, wrappers=chosen.wrappers)
 
 
 def hand_on(chosen: Chosen, sources: Collection[str]) -> None:
-    """Has the processes that a program of these modules starts anew do the same before they import it."""
+    """Makes processes that the program spawns install the stand-ins before they import it."""
     if not any("multiprocessing" in source or "ProcessPool" in source for source in sources):
         return
     import multiprocessing
@@ -53,7 +53,7 @@ def hand_on(chosen: Chosen, sources: Collection[str]) -> None:
 
 
 class _Inherited:
-    """Unpickled, the stand-ins are there."""
+    """Installs the stand-ins when it is unpickled."""
 
     def __init__(self, chosen: Chosen) -> None:
         self.chosen = chosen

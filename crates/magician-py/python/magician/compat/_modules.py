@@ -1,4 +1,4 @@
-"""The names under which programs import what stands in."""
+"""Import hooks for the names of the replaced libraries."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ DOORS = {
 
 
 class _Names(MetaPathFinder):
-    """Finds what stands in before what is installed, but for libraries whose own copy a program needs."""
+    """Finds the stand-ins before installed packages, except for libraries whose own copy a program needs."""
 
     def __init__(self, pydobot: str, family: str, own: Collection[str], wrappers: Sequence[Path]) -> None:
         self.family, self.wrappers = family, wrappers
@@ -54,8 +54,8 @@ class _Names(MetaPathFinder):
 
 
 class _Missing(MetaPathFinder):
-    """Finds what nobody else finds: the packages of the vendor's wrapper of a program that comes without its copy, and
-    the wrapper under names that are nearly its own. Each of those has connections of its own, as it had a library."""
+    """Finds modules that nothing else finds: the packages of the vendor's wrapper for a program without a copy of it,
+    and the wrapper under similar names. Each of the latter has its own connections, as it had its own library."""
 
     def __init__(self, names: Collection[str], family: str) -> None:
         self.names, self.family = names, family
@@ -69,7 +69,7 @@ class _Missing(MetaPathFinder):
 
 
 class _Same(Loader):
-    """Loads a module under another name: both are the same."""
+    """Loads a module under another name; both names give the same module."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -85,7 +85,7 @@ class _Same(Loader):
 
 
 class _Family(_Same):
-    """Loads a family of ``DobotDllType``; names that only a program's changed copy of it has come from there."""
+    """Loads a family of ``DobotDllType``. Names that exist only in a program's modified copy come from that copy."""
 
     def __init__(self, name: str, wrappers: Sequence[Path]) -> None:
         super().__init__(name)
@@ -103,7 +103,7 @@ class _Family(_Same):
 
 
 class _Another(_Same):
-    """Loads a family of ``DobotDllType`` once more."""
+    """Loads another instance of a family of ``DobotDllType``."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         from . import dobotdll
@@ -115,7 +115,7 @@ class _Another(_Same):
 
 
 class _Copies:
-    """A module's ``__getattr__`` that looks into a program's own copies of the vendor's wrapper."""
+    """``__getattr__`` of a module, which searches a program's own copies of the vendor's wrapper."""
 
     def __init__(self, files: Sequence[Path]) -> None:
         self.files = files
@@ -137,14 +137,14 @@ class _Copies:
 
 
 def of_dobotlab() -> dict[str, object]:
-    """What DobotLab puts into scripts."""
+    """Returns the names that DobotLab injects into scripts."""
     from . import dobotedu
 
     return {name: getattr(dobotedu, name) for name in ("magician", "magicbox", "m_lite", "go", "dobot_edu")}
 
 
 def needed(copies: Mapping[str, str], sources: Collection[str], pydobot: str) -> list[str]:
-    """The libraries whose own copy a program has (their text by their name), and uses names of that are not here."""
+    """Returns the libraries of which the program has a copy (text by name) and uses names that are missing here."""
     found: list[str] = []
     for name, copy in copies.items():
         home = pydobot if name == "pydobot" else DOORS[name]
@@ -165,10 +165,12 @@ def install(
     own: Collection[str] = (),
     wrappers: Sequence[Path] = (),
 ) -> None:
-    """Lets programs of this process import the stand-ins, load the vendor's library, and open the arm's port.
+    """Makes the programs of this process import the stand-ins, load the stand-in for the vendor's library, and open the
+    arm's port.
 
-    ``pydobot`` is the library that is meant by that name, ``family`` that of ``DobotDllType``, ``packages`` those that
-    it is imported from, ``own`` the libraries whose copy the program needs, ``wrappers`` the copies of the wrapper.
+    ``pydobot`` is the library that ``import pydobot`` means, ``family`` the family of ``DobotDllType``, ``packages``
+    the packages from which that is imported, ``own`` the libraries of which the program needs its copy, and
+    ``wrappers`` the copies of the wrapper.
     """
     _serial.install()
     _library.install(family)

@@ -1,4 +1,4 @@
-"""The arm of pydobot2, which pydobotplus has grown from."""
+"""Arm of pydobot2, on which pydobotplus is based."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MM_PER_CIRCLE = 3.1415926535898 * 36.0
 
 
 class MODE_PTP(IntEnum):
-    """How a move goes, and what its four numbers are: a pose, joint angles (ANGLE), or by how much (INC)."""
+    """Path of a move and meaning of its four numbers: a pose, joint angles (ANGLE), or increments (INC)."""
 
     JUMP_XYZ = 0
     MOVJ_XYZ = 1
@@ -52,11 +52,11 @@ class MODE_PTP(IntEnum):
 
 
 class DobotException(Exception):
-    """Something could not be done; ``__cause__`` is the :class:`magician.errors.Error` that says what."""
+    """Failure of a call; ``__cause__`` is the :class:`magician.errors.Error` with the reason."""
 
 
 class Position(NamedTuple):
-    """mm, and degrees for r."""
+    """Position, mm, and rotation r, degrees."""
 
     x: float
     y: float
@@ -65,7 +65,7 @@ class Position(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Degrees."""
+    """Joint angles, degrees."""
 
     j1: float
     j2: float
@@ -73,27 +73,27 @@ class Joints(NamedTuple):
     j4: float
 
     def in_radians(self) -> Joints:
-        """The same in radians."""
+        """Returns the angles in radians."""
         return Joints(*map(math.radians, self))
 
 
 class Pose(NamedTuple):
-    """Where the arm is."""
+    """Pose of the arm."""
 
     position: Position
     joints: Joints
 
 
 class Methods(Forks):
-    """The methods; what is queued returns its index, and :meth:`wait_for_cmd` waits for one."""
+    """Methods of the arm. A queued call returns its index, for :meth:`wait_for_cmd`."""
 
     def get_pose(self) -> Pose:
-        """Where the arm is."""
+        """Returns the pose of the arm."""
         values = struct.unpack("<8f", self._magician_command(10, GET).params)
         return Pose(Position(*values[:4]), Joints(*values[4:]))
 
     def get_alarms(self) -> set[Alarm]:
-        """The alarms that stand."""
+        """Returns the active alarms."""
         bits = int.from_bytes(self._magician_command(20, GET).params, "little")
         return {Alarm(code) for code in range(bits.bit_length()) if bits >> code & 1}
 
@@ -106,7 +106,7 @@ class Methods(Forks):
 
     @staticmethod
     def _extract_cmd_index(response: Message) -> int:
-        """The queue index in the answer to a queued command."""
+        """Returns the queue index in the reply to a queued command."""
         return Robot._magician_index(response)
 
     def wait_for_cmd(self, cmd_id: int) -> None:
@@ -151,23 +151,23 @@ class Methods(Forks):
         self.wait_for_cmd(self._magician_index(self._set_jog_command(key)))
 
     def jog_x(self, v: float) -> None:
-        """Moves along x (mm/s) until 0 is said."""
+        """Jogs along x (mm/s) until called with 0."""
         self._magician_jog(0, v)
 
     def jog_y(self, v: float) -> None:
-        """Moves along y (mm/s) until 0 is said."""
+        """Jogs along y (mm/s) until called with 0."""
         self._magician_jog(1, v)
 
     def jog_z(self, v: float) -> None:
-        """Moves along z (mm/s) until 0 is said."""
+        """Jogs along z (mm/s) until called with 0."""
         self._magician_jog(2, v)
 
     def jog_r(self, v: float) -> None:
-        """Turns the tool (degrees/s) until 0 is said."""
+        """Rotates the tool (degrees/s) until called with 0."""
         self._magician_jog(3, v)
 
     def set_io(self, address: int, state: bool) -> None:
-        """Sets an output (1 to 22), and waits until it is set."""
+        """Sets an output (1 to 22) and waits until that is done."""
         if not 1 <= address <= 22:
             raise DobotException(f"there is no output {address}: they are 1 to 22")
         self.wait_for_cmd(self._magician_queued(self._magician_command(131, QUEUED, bytes((address, int(state))))))
@@ -175,7 +175,7 @@ class Methods(Forks):
     def go_arc(
         self, x: float, y: float, z: float, r: float, cir_x: float, cir_y: float, cir_z: float, cir_r: float
     ) -> int:
-        """Goes along an arc through the second pose to the first."""
+        """Moves along an arc through the second pose to the first."""
         return self._magician_queued(self._set_arc_cmd(x, y, z, r, cir_x, cir_y, cir_z, cir_r))
 
     def suck(self, enable: bool) -> int:
@@ -183,7 +183,7 @@ class Methods(Forks):
         return self._magician_queued(self._set_end_effector_suction_cup(enable))
 
     def set_home(self, x: float, y: float, z: float, r: float = 0.0) -> None:
-        """Sets where homing ends."""
+        """Sets the pose at the end of homing."""
         self._set_home_coordinate(x, y, z, r)
 
     def grip(self, enable: bool) -> int:
@@ -195,12 +195,12 @@ class Methods(Forks):
         return self._magician_queued(self._set_end_effector_laser(power, enable))
 
     def speed(self, velocity: float = 100.0, acceleration: float = 100.0) -> None:
-        """Sets ratios (%) and the tool's speed (mm/s) and acceleration (mm/s^2), and waits until they are set."""
+        """Sets ratios (%) and the tool's speed (mm/s) and acceleration (mm/s^2), and waits until that is done."""
         self.wait_for_cmd(self._magician_queued(self._set_ptp_common_params(velocity, acceleration)))
         self.wait_for_cmd(self._magician_queued(self._set_ptp_coordinate_params(velocity, acceleration)))
 
     def conveyor_belt(self, speed: float, direction: int = 1, interface: int = 0) -> None:
-        """Lets the belt run: a share (0 to 1) of 50 mm/s, forward (1) or back (-1)."""
+        """Runs the belt at a share (0 to 1) of 50 mm/s, forward (1) or back (-1)."""
         if not 0.0 <= speed <= 1.0 or direction not in (1, -1):
             raise DobotException(f"speed is 0 to 1 and direction 1 or -1, not {speed} and {direction}")
         self._set_stepper_motor(int(50 * speed * STEP_PER_CIRCLE / MM_PER_CIRCLE * direction), interface)
@@ -233,9 +233,9 @@ class Methods(Forks):
         acceleration: float = 5,
         actual_acceleration: float = 5,
     ) -> None:
-        """Engraves rows of grey values (0 to 255, dark burns) from where the arm stands, along y, row by row along x.
+        """Engraves rows of grey values (0 to 255, dark burns) from the current position, along y, row by row along x.
 
-        ``pixel_size`` is mm, ``low`` and ``high`` the laser's power (%) for the lightest and the darkest pixel.
+        ``pixel_size`` is in mm, ``low`` and ``high`` are the laser's power (%) for the lightest and the darkest pixel.
         """
         rows: list[list[float]] = [[255.0 - float(value) for value in row] for row in _rows(image)]
         least, most = min(map(min, rows)), max(map(max, rows))
@@ -260,7 +260,7 @@ class Methods(Forks):
 
 
 class Dobot(Methods):
-    """A connected arm: mm and degrees.
+    """Connected arm, mm and degrees.
 
     Connecting starts and clears the queue, sets all speeds to 200 and the ratios to 100 %, and clears the alarms.
     """
@@ -290,12 +290,12 @@ class Dobot(Methods):
         return answer
 
     def close(self) -> None:
-        """Ends the connection. The arm finishes what it was told."""
+        """Ends the connection. The arm finishes its queued commands."""
         self._magician_line.close()
         self.logger.debug("%s closed", self._magician_line.name)
 
 
 def _rows(image: Any) -> Iterable[Iterable[Any]]:
-    """The rows of an array, or of what has rows."""
+    """Returns the rows of an array or of a sequence of rows."""
     listed: Callable[[], Iterable[Iterable[Any]]] | None = getattr(image, "tolist", None)
     return image if listed is None else listed()

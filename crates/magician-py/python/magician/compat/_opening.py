@@ -1,7 +1,7 @@
 """``serial.Serial`` for programs that speak the arm's protocol themselves.
 
-What they write goes to the arm frame by frame, and its answers are there to be read: as many bytes as are asked for, or
-what has come when the timeout ends.
+Written bytes go to the arm frame by frame. Its replies can be read: the requested number of bytes, or those that have
+arrived when the timeout expires.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ ARM_BAUD = 115200
 
 
 class SerialException(OSError):
-    """Stands in for pyserial's where that is not installed."""
+    """Replaces pyserial's exception if pyserial is not installed."""
 
 
 class SerialTimeoutException(SerialException):
-    """Stands in for pyserial's where that is not installed."""
+    """Replaces pyserial's exception if pyserial is not installed."""
 
 
 class PortNotOpenError(SerialException):
-    """Stands in for pyserial's where that is not installed."""
+    """Replaces pyserial's exception if pyserial is not installed."""
 
 
 # pyserial's own port and exception, if it is installed.
@@ -36,7 +36,7 @@ _theirs: list[Any] = []
 
 
 def send_others_to(port: Any, exception: Any) -> None:
-    """Ports at another speed than the arm's are this, and faults are this exception."""
+    """Sets the class for ports at other baud rates than the arm's, and the exception for faults."""
     _theirs[:] = [port, exception]
 
 
@@ -46,14 +46,14 @@ def _fault(error: Error) -> Exception:
 
 
 class Serial:
-    """A serial port, with the interface of pyserial's.
+    """Serial port with the interface of pyserial's.
 
-    It connects when the first frame is written, if every connection goes to one arm: a program may open it to look, or
-    to speak to something else at that speed.
+    If all connections are redirected to one arm, it connects only when the first frame is written: a program may open
+    it for a check, or to speak to another device at that baud rate.
     """
 
     def __new__(cls, port: str | None = None, baudrate: int = 9600, *rest: Any, **named: Any) -> Any:
-        """A port at another speed than the arm's is pyserial's."""
+        """Returns pyserial's port for any other baud rate than the arm's."""
         if _theirs and port is not None and baudrate != ARM_BAUD:
             return _theirs[0](port, baudrate, *rest, **named)
         return super().__new__(cls)
@@ -93,7 +93,7 @@ class Serial:
             self.open()
 
     def open(self) -> None:
-        """Opens it."""
+        """Opens the gripper."""
         self.name = self.portstr = self.port
         self.is_open = True
         if elsewhere() is None:
@@ -111,11 +111,11 @@ class Serial:
         return self._arm
 
     def isOpen(self) -> bool:
-        """Whether it is open."""
+        """True if the port is open."""
         return self.is_open
 
     def close(self) -> None:
-        """Closes it. The arm finishes what it was told."""
+        """Closes the port. The arm finishes its queued commands."""
         self.is_open = False
         arm, self._arm = self._arm, None
         if arm is not None:
@@ -124,7 +124,7 @@ class Serial:
             self._came.notify_all()
 
     def write(self, data: Any) -> int:
-        """Sends the frames in these bytes, each when it is whole, and takes in what they are answered."""
+        """Sends the frames in these bytes, each once it is complete, and stores the replies."""
         data = bytes(data)
         with self._writing:
             if not self.is_open:
@@ -143,7 +143,7 @@ class Serial:
         return len(data)
 
     def read(self, size: int = 1) -> bytes:
-        """So many bytes, or what there is of them when the timeout ends."""
+        """Reads this many bytes, or fewer if the timeout expires."""
         deadline = None if self.timeout is None else time.monotonic() + self.timeout
         with self._came:
             while self.is_open and self.in_waiting < size:
@@ -156,17 +156,17 @@ class Serial:
             return self._arm.read(size) if self._arm is not None else b""
 
     def readinto(self, buffer: Any) -> int:
-        """Fills a buffer, or as much of it as there is when the timeout ends."""
+        """Fills a buffer, or part of it if the timeout expires."""
         data = self.read(len(buffer))
         buffer[: len(data)] = data
         return len(data)
 
     def read_all(self) -> bytes:
-        """All bytes that are there."""
+        """Reads all available bytes."""
         return self._port().read_all() if self._arm is not None else b""
 
     def read_until(self, expected: bytes = b"\n", size: int | None = None) -> bytes:
-        """Bytes up to a mark, or to as many as are asked for, or to the timeout."""
+        """Reads bytes up to a terminator, a number of bytes, or the timeout."""
         line = bytearray()
         while not line.endswith(expected) and (size is None or len(line) < size):
             byte = self.read(1)
@@ -176,48 +176,48 @@ class Serial:
         return bytes(line)
 
     def readline(self, size: int = -1) -> bytes:
-        """Bytes up to the end of a line."""
+        """Reads bytes up to the end of a line."""
         return self.read_until(size=None if size < 0 else size)
 
     @property
     def in_waiting(self) -> int:
-        """Bytes that can be read."""
+        """Number of bytes that can be read."""
         return self._arm.in_waiting if self._arm is not None else 0
 
     def inWaiting(self) -> int:
-        """Bytes that can be read."""
+        """Number of bytes that can be read."""
         return self.in_waiting
 
     out_waiting = 0
     """Bytes that are not sent: none."""
 
     def reset_input_buffer(self) -> None:
-        """Forgets answers that were not read."""
+        """Discards unread replies."""
         if self._arm is not None:
             self._arm.reset_input_buffer()
 
     def reset_output_buffer(self) -> None:
-        """Forgets a frame that was written in part."""
+        """Discards a partly written frame."""
         if self._arm is not None:
             self._arm.reset_output_buffer()
 
     flushInput, flushOutput = reset_input_buffer, reset_output_buffer
 
     def flush(self) -> None:
-        """Does nothing: a frame is sent when it is whole."""
+        """Does nothing: a frame is sent once it is complete."""
 
     def readable(self) -> bool:
-        """It is."""
+        """Returns True."""
         return True
 
     writable = readable
 
     def setDTR(self, value: bool = True) -> None:
-        """Notes the line's level; the arm does not look at it."""
+        """Stores the level of the line, which the arm ignores."""
         self.dtr = value
 
     def setRTS(self, value: bool = True) -> None:
-        """Notes the line's level; the arm does not look at it."""
+        """Stores the level of the line, which the arm ignores."""
         self.rts = value
 
     def __enter__(self) -> Serial:

@@ -1,4 +1,4 @@
-"""What programs for these libraries ask of pyserial: the port in the library, and the list of ports."""
+"""Parts of pyserial that programs for these libraries use: the library's port, and the list of ports."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ADAPTER = "CP2102 USB to UART Bridge Controller (by magician.compat)"
 
 
 class PortInfo:
-    """A port in the list, with the attributes that pyserial gives one."""
+    """Port in the list, with the attributes of pyserial."""
 
     def __init__(self, port: SerialPort) -> None:
         device, vid, pid = port.path, port.vendor, port.product
@@ -48,11 +48,11 @@ class PortInfo:
         """Not known."""
 
     def usb_description(self) -> str:
-        """The description."""
+        """Returns the description."""
         return self.description
 
     def usb_info(self) -> str:
-        """The ids."""
+        """Returns the USB ids."""
         return self.hwid
 
     def __getitem__(self, index: int) -> str:
@@ -69,7 +69,8 @@ class PortInfo:
 
 
 class _AnyPort(str):
-    """The name of the port that all connections go to. Programs pick theirs by a part of its name: it has each."""
+    """Name of the port to which all connections are redirected. It matches the usual parts of port names, by which
+    programs choose theirs."""
 
     PARTS = re.compile(r"(/dev/)?(tty|cu)(\.|USB|ACM|AMA|S)?|COM|usb(serial|modem)?|/dev/?", re.IGNORECASE)
 
@@ -77,13 +78,13 @@ class _AnyPort(str):
         return super().__contains__(part) or self.PARTS.fullmatch(part) is not None
 
     def startswith(self, prefix: str | tuple[str, ...], *rest: Any) -> bool:
-        """Whether it begins so, or could."""
+        """True if the name begins with one of these texts, or if they are usual parts of port names."""
         each = prefix if isinstance(prefix, tuple) else (prefix,)
         return super().startswith(prefix, *rest) or any(self.PARTS.fullmatch(part) for part in each)
 
 
 class _Ports(list[Any]):
-    """The list when all connections go to one arm: it is there at every place where a program's author had theirs."""
+    """List of ports while all connections are redirected: it has the arm at every index that a program may use."""
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, int) and not -len(self) <= index < len(self):
@@ -95,7 +96,7 @@ _real: list[Any] = []
 
 
 def comports(include_links: bool = False) -> list[Any]:
-    """The serial ports of this computer; the arm that all connections go to, if they do, comes first."""
+    """Returns the serial ports of this computer. If all connections are redirected, that arm comes first."""
     port = elsewhere()
     found = list(_real[0](include_links)) if _real else [PortInfo(port) for port in ports()]
     if port and not port.startswith("/dev/"):
@@ -111,7 +112,7 @@ def comports(include_links: bool = False) -> list[Any]:
 
 
 def grep(regexp: str, include_links: bool = False) -> Iterator[Any]:
-    """The ports whose device, description or ids match."""
+    """Returns the ports whose device, description or ids match."""
     pattern = re.compile(regexp, re.IGNORECASE)
     for info in comports(include_links):
         if any(pattern.search(text or "") for text in info):
@@ -119,7 +120,7 @@ def grep(regexp: str, include_links: bool = False) -> Iterator[Any]:
 
 
 class _Glob:
-    """``glob.glob`` that finds the arm too where programs look for a serial port."""
+    """``glob.glob`` that also finds the arm if a program searches for serial ports."""
 
     def __init__(self, real: Any) -> None:
         self.real = real
@@ -131,8 +132,8 @@ class _Glob:
 
 
 def install() -> None:
-    """Lets ``serial.tools.list_ports`` be the list here, and ``serial.Serial`` the arm where all connections go to one;
-    the rest of pyserial stays what it is, if it is installed."""
+    """Replaces ``serial.tools.list_ports`` by the list here and, if all connections go to one arm, ``serial.Serial`` by
+    that arm. The rest of pyserial, if it is installed, is unchanged."""
     if elsewhere():
         glob.glob = _Glob(glob.glob)
     try:

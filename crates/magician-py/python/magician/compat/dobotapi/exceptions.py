@@ -1,4 +1,4 @@
-"""dobotapi's exceptions."""
+"""Exceptions of dobotapi."""
 
 from .._newer import DobotException
 

@@ -1,7 +1,7 @@
 """``DobotDllType`` without the C library.
 
-``v1``, ``v2`` and ``v3`` are the modules that come with our C library, whole (``tools/dobotdll.py``). Here they
-get the ``api`` that answers for it.
+``v1``, ``v2`` and ``v3`` are the unchanged modules that come with our C library (``tools/dobotdll.py``). Here they get
+an ``api`` that replaces the C library.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ FAMILIES = ("v1", "v2", "v3")
 
 
 def family(name: str, *, again: bool = False) -> ModuleType:
-    """The module for programs without ids (``v1``), with ``dobotId`` (``v2``), or with ``masterId`` (``v3``).
+    """Returns the module for programs without ids (``v1``), with ``dobotId`` (``v2``), or with ``masterId`` (``v3``).
 
-    With ``again``, one more of it: programs load the C library twice for two arms.
+    With ``again``, creates another instance, since programs load the C library twice for two arms.
     """
     if name not in FAMILIES:
         raise ValueError(f"{name} is no family of DobotDllType; there are {', '.join(FAMILIES)}")

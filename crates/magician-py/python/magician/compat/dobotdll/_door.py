@@ -1,7 +1,7 @@
-"""What the functions of ``DobotDllType`` call in place of the C library: a frame each, on this package.
+"""Replacement for the C library below ``DobotDllType``: each function sends a frame through this package.
 
-A function's name says the command, the types of its C arguments say the bytes, and both are written elsewhere: in the
-protocol's table, and in the prototypes of the module. What is left to say here is short.
+The name of a function determines the command, and the types of its C arguments determine the bytes: by the protocol's
+table, and by the prototypes of the module. Only the exceptions are listed here.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ ENUM = ctypes.c_int32
 
 
 class Door:
-    """The ``api`` of a ``DobotDllType`` module: its arms, and how its functions reach them."""
+    """``api`` object of a ``DobotDllType`` module: holds its arms and executes its functions."""
 
     def __init__(self, module: ModuleType) -> None:
         self._prototypes: dict[str, tuple[Any, ...]] = module.__dict__["_PROTOTYPES"]
@@ -87,7 +87,7 @@ class Door:
         self._when = "DisconnectDobot"
 
     def dobot_call(self, name: str, arguments: Sequence[Any]) -> int:
-        """Does what the C function of this name does with these arguments, and returns its code."""
+        """Executes the C function of this name with these arguments, and returns its code."""
         self._last.message = ""
         own: Callable[..., int] | None = getattr(self, f"_call_{name}", None)
         try:
@@ -112,7 +112,7 @@ class Door:
         return NO_ERROR
 
     def dobot_last_error(self) -> str:
-        """Why the last call of this thread did not return 0."""
+        """Returns the reason why the last call of this thread did not return 0."""
         message: str = getattr(self._last, "message", "")
         return message
 
@@ -128,7 +128,7 @@ class Door:
             self._set(name, id, line, given)
 
     def _neutral(self, name: str, given: list[tuple[Any, Any]]) -> None:
-        """What this arm does not have is done, as far as the program can tell."""
+        """Reports success for a function that this arm does not have."""
         if name not in self._noted:
             self._noted.add(name)
             print(f"magician: {name}: this arm does not support it; nothing was done", file=sys.stderr)
@@ -180,9 +180,9 @@ class Door:
             index.value = int.from_bytes(params[:8], "little")
 
     def _too_late(self, name: str, arguments: Sequence[Any]) -> int:
-        """A call after DisconnectDobot or the program's end, as in a destructor, does nothing and succeeds, as a call
-        does that it cuts short. What was queued counts as done, so that loops which wait for it end. Other readings are
-        refused as without a connection: there is nothing that they could be."""
+        """Handles a call after DisconnectDobot or after the end of the program, as by a destructor: it does nothing and
+        succeeds, like a call that these interrupt. Queued commands count as done, so that loops which wait for them
+        end. Other reads are refused as without a connection, because they have no value to return."""
         id = self._id(arguments)
         if (name, id) not in self._noted_late:
             self._noted_late.add((name, id))
@@ -197,11 +197,11 @@ class Door:
     # Arms.
 
     def _id(self, arguments: Sequence[Any]) -> int:
-        """The arm's number, which is a call's first argument where there is one."""
+        """Returns the id of the arm: the first argument of a call, if the family has ids."""
         return int(getattr(arguments[0], "value", arguments[0])) if self._ids else 0
 
     def _arm(self, arguments: Sequence[Any]) -> Line | int:
-        """The arm that a call is about, or the code when there is none."""
+        """Returns the arm of a call, or the result code if there is none."""
         line = self._arms.get(self._id(arguments))
         if line is None:
             self._last.message = "there is no connection: ConnectDobot makes one"
@@ -317,11 +317,11 @@ class Door:
 
     @property
     def _FuncPtr(self) -> type[Function]:
-        """The type of its functions, as ctypes' libraries have one."""
+        """Type of its functions, as ctypes libraries have it."""
         return Function
 
     def called(self, name: str, arguments: Sequence[Any]) -> int:
-        """Does what the C function does that a program calls itself."""
+        """Executes a C function that a program calls directly."""
         kinds = self._prototypes[name]
         ids = len(arguments) - (len(kinds) - self._ids)
         if 0 <= ids < self._ids and name != "ConnectDobot":
@@ -331,7 +331,7 @@ class Door:
 
 
 class Function:
-    """A function of the C library, for programs that call it themselves. What they set on it is not needed."""
+    """Function of the C library, for programs that call it directly. Attributes that they set on it are ignored."""
 
     argtypes: Any = None
     restype: Any = ctypes.c_int
@@ -345,7 +345,7 @@ class Function:
 
 
 def _given(kind: Any, value: Any) -> Any:
-    """What a program hands over to C: the place behind a reference, the number in a value."""
+    """Unwraps an argument for C: the object behind a reference, the number in a value."""
     if isinstance(value, _REFERENCE):
         return value._obj
     if isinstance(value, _POINTER):
@@ -359,7 +359,7 @@ def _given(kind: Any, value: Any) -> Any:
 
 
 def _target(name: str) -> str | None:
-    """The port that a name of ``SearchDobot`` or of a program stands for."""
+    """Resolves a port name of ``SearchDobot`` or of a program."""
     if not name:
         return None
     parts = name.split(".")
@@ -378,7 +378,7 @@ def _is_index(kind: Any) -> bool:
 
 
 def _bytes(kind: Any, value: Any) -> bytes:
-    """An argument as it travels."""
+    """Encodes an argument for the wire."""
     if kind is ctypes.c_char_p:
         return bytes(value) + b"\0"
     if kind is ENUM:
@@ -389,17 +389,17 @@ def _bytes(kind: Any, value: Any) -> bytes:
 
 
 def _places(given: list[tuple[Any, Any]]) -> list[Any]:
-    """The arguments that an answer goes into."""
+    """Returns the arguments that receive a reply."""
     return [value for _, value in given if _is_place(value)]
 
 
 def _is_place(value: Any) -> bool:
-    """Whether it is a value of ctypes', not one of Python's."""
+    """True for a value of ctypes."""
     return isinstance(value, (_SINGLE, ctypes.Structure, ctypes.Union, ctypes.Array))
 
 
 def _fill(places: list[Any], params: bytes) -> None:
-    """Lets an answer lie in the places for it, one after the other; what was left out of it is 0."""
+    """Writes a reply into the output arguments in order. Missing bytes are 0."""
     at = 0
     for place in places:
         size = 1 if isinstance(place, ENUM) else ctypes.sizeof(place)

@@ -1,7 +1,7 @@
-"""DobotEDU for programs that were written for it, and for those of DobotLab.
+"""Stand-in for DobotEDU and for the scripts of DobotLab.
 
-The calls are those of ``_lab``'s table. They go straight to the arm: neither DobotLink nor DobotLab is needed. The name
-of a port before the other arguments may be left out, as after ``set_portname``.
+The calls are those of the table in ``_lab``. They go to the arm directly, without DobotLink and DobotLab. The port, the
+first argument, may be omitted, as after ``set_portname``.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _COMMON = {"is_queued", "is_wait", "is_wait_for_finish", "iswait_forfinish", "ti
 
 
 def _line(port: str | None) -> Line:
-    """The connection to a port, which the first call makes."""
+    """Returns the connection to a port; the first call opens it."""
     with _opening:
         line = _lines.get(port)
         if line is None or line.closed:
@@ -45,7 +45,7 @@ def _line(port: str | None) -> Line:
 
 
 class _Method:
-    """A call of the table, by one of its names."""
+    """Method for a call of the table, under one of its names."""
 
     def __init__(self, arm: MagicianApi, call: _lab.Call, edu: bool) -> None:
         self._arm, self._call, self._edu = arm, call, edu
@@ -90,13 +90,13 @@ def _is_pin(text: str) -> bool:
 
 
 def _names_of(call: _lab.Call, at: int) -> list[str]:
-    """The names that a parameter has in either library."""
+    """Returns the names of a parameter in both libraries."""
     found = [names.split()[1:] for names in (call.lab, call.edu) if names]
     return [each[at].partition("=")[0] for each in found if at < len(each)]
 
 
 class MagicianApi:
-    """An arm: ``dobot_edu.magician``, ``m_lite``, and the ``magician`` of DobotLab's scripts."""
+    """Arm: ``dobot_edu.magician``, ``m_lite``, and the ``magician`` of DobotLab's scripts."""
 
     Stepper1, Stepper2 = 0, 1
     JOG, PTP, CP, ARC = 0, 1, 2, 3
@@ -105,7 +105,7 @@ class MagicianApi:
         self._port_name = port
 
     def connection(self, port: str | None) -> Line:
-        """The connection to a port, or to the one that was named before."""
+        """Returns the connection to a port, by default to the one named last."""
         return _line(None if elsewhere() else port or self._port_name)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
@@ -123,7 +123,7 @@ class MagicianApi:
             super().__setattr__(name, value)
 
     def search_dobot(self) -> list[dict[str, str]]:
-        """The ports that an arm may be at, and which of them this program is connected to."""
+        """Returns the ports at which an arm may be, and to which of them this program is connected."""
         first = comports()[:1] if elsewhere() else comports()
         connected = {line.name for line in [*_lines.values()] if not line.closed}
         return [
@@ -136,7 +136,7 @@ class MagicianApi:
         ]
 
     def connect_dobot(self, port_name: str | None = None, queue_start: bool = True, is_queued: bool = False) -> bool:
-        """Connects; the first call does too."""
+        """Connects. Optional, since the first call connects as well."""
         self.connection(port_name)
         return True
 
@@ -150,12 +150,12 @@ class MagicianApi:
         return True
 
     def queuedcmd_stop(self, port_name: str | None = None, force_stop: bool = False, is_queued: bool = False) -> bool:
-        """Stops the queue, and with ``force_stop`` the motion."""
+        """Stops the queue; with ``force_stop`` also the motion."""
         self.connection(port_name).exchange(242 if force_stop else 241, 1, b"")
         return True
 
     def set_portname(self, port_name: str | None) -> None:
-        """Names the port of the calls that name none."""
+        """Sets the port for calls that name none."""
         self._port_name = port_name
 
     def set_linearrail_home(self, *_: Any, **__: Any) -> bool:
@@ -164,7 +164,7 @@ class MagicianApi:
 
 
 class _NotAnArm:
-    """A device of DobotEDU that is another than the arm."""
+    """Device of DobotEDU other than the arm."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -179,7 +179,7 @@ class _NotAnArm:
 
 
 class DobotEDU:
-    """The package's object: its arms, and a name for the port."""
+    """Main object of the package: its arms, and the name of the port."""
 
     def __init__(self, account: str | None = None, password: str | None = None) -> None:
         self.magician = self.m_lite = MagicianApi()
@@ -189,11 +189,11 @@ class DobotEDU:
         self.pyimageom = self.face
 
     def set_portname(self, port_name: str | None) -> None:
-        """Names the port of the calls that name none."""
+        """Sets the port for calls that name none."""
         self.magician.set_portname(port_name)
 
     def set_pause(self, _: Any) -> None:
-        """Does nothing: nobody presses pause."""
+        """Does nothing: there is no pause button."""
 
 
 dobot_edu = dobotEdu = DobotEDU()

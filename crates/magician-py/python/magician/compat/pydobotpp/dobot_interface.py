@@ -1,4 +1,4 @@
-"""The names of pydobotpp's values."""
+"""Types of pydobotpp's values."""
 
 from enum import IntEnum
 
@@ -10,7 +10,7 @@ __all__ = ["Alarm", "GPIOPort", "Joints", "PTPMode", "Pose", "Position"]
 
 
 class GPIOPort(IntEnum):
-    """The sockets, as the arm counts them."""
+    """Sockets in the numbering of the arm."""
 
     GP1 = 0
     GP2 = 1
