@@ -4,7 +4,7 @@ import { backend } from "./store";
 
 const at = (time: number) => wallTime(time).getTime() / 1000;
 
-test("what the page's arm said between two jumps was said as far ahead as its clock was then", () => {
+test("a time between two jumps is converted by the offset of its jump", () => {
   backend.value = "sim";
   jumped(1013, 13);
   jumped(1100, 26);

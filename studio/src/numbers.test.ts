@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { numberOf, numbersOf } from "./numbers";
 
-test("a number has a point or a comma", () => {
+test("a number may have a decimal point or comma", () => {
   for (const [text, value] of [
     ["7,5", 7.5],
     ["7.5", 7.5],
@@ -12,7 +12,7 @@ test("a number has a point or a comma", () => {
     expect(numberOf(text)).toBe(value);
 });
 
-test("what is no number is none, and not the beginning of one", () => {
+test("text with trailing characters is not a number", () => {
   for (const text of [
     "",
     "abc",
@@ -31,7 +31,7 @@ test("what is no number is none, and not the beginning of one", () => {
     expect(numberOf(text)).toBeNull();
 });
 
-test("several numbers are parted as people part them", () => {
+test("several numbers are separated by spaces, commas or semicolons", () => {
   expect(numbersOf("2,2", 2)).toEqual([2, 2]);
   expect(numbersOf("2, 2", 2)).toEqual([2, 2]);
   expect(numbersOf("0,5 1,5", 2)).toEqual([0.5, 1.5]);

@@ -13,7 +13,7 @@ beforeEach(() => {
   heard(false);
 });
 
-test("a laser that was on when the line ended is unknown, and not off", () => {
+test("a laser that was on when the connection was lost is unknown, not off", () => {
   heard(true);
   expect(store.laser.value).toBe("on");
   store.socket.value = "lost";
@@ -29,13 +29,13 @@ test("a laser that was on when the line ended is unknown, and not off", () => {
   expect(store.left.value).toBeNull();
 });
 
-test("the line between station and arm counts as well", () => {
+test("a lost link between station and arm counts as a lost connection", () => {
   heard(true);
   heard(true, false, "a", "lost");
   expect(store.laser.value).toBe("unknown");
 });
 
-test("a job that burns does so between its lines too, and moves", () => {
+test("a burning job counts as burning and moving between its lines", () => {
   store.jobState.value = "running";
   heard(true, true);
   heard(false, true);
@@ -44,7 +44,7 @@ test("a job that burns does so between its lines too, and moves", () => {
   expect(store.left.value).toEqual({ arm: "a", laser: true, moves: true });
 });
 
-test("nothing is left of a job that is over, of another arm and of the page's own", () => {
+test("no activity remains after a job, for another arm, or for the page's own arm", () => {
   store.jobState.value = "running";
   heard(true, true);
   store.jobState.value = "done";

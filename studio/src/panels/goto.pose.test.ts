@@ -20,11 +20,11 @@ test.each(["220", "", "hello", "1 2 3 4 5 6"])("%s is no pose", (text) => {
   expect(poseOf(text)).toBeNull();
 });
 
-test("what was copied is pasted as it was", () => {
+test("a copied pose is pasted unchanged", () => {
   expect(poseOf(poseText({ x: 1.5, y: -2, z: 0, r: -179.99 }))).toEqual([1.5, -2, 0, -179.99]);
 });
 
-test("numbers are read with a point or a comma, and nothing else is", () => {
+test("a pose accepts decimal points and commas, and no other text", () => {
   expect(numberOf(" 12,5 ")).toBe(12.5);
   expect(numberOf("−3")).toBe(-3);
   for (const text of ["", "-", "1e3", "12a", "1 2"]) expect(numberOf(text)).toBeNull();

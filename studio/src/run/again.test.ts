@@ -6,7 +6,7 @@ import { hearRefusal, keepOrder, orderOf } from "./again";
 const job = (id: string) => ({ job: id }) as Job;
 const code = "nothing-to-resume";
 
-test("a job that left no trace is offered from its beginning, by the page that started it", () => {
+test("a job without a journal can be restarted by the page that started it", () => {
   keepOrder("one", { program: "a.svg" }, "a.svg");
   expect(orderOf(job("one"))).toBeNull();
   hearRefusal("one", new RpcError(-32004, "the arm is busy", { code: "busy" }));

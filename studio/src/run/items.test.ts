@@ -38,7 +38,7 @@ test("an object is changed, removed and drawn earlier without touching the other
   expect(moved(doc, 1, -1)).toBe(doc);
 });
 
-test("a place is said as near as the station answers it", () => {
+test("a place has the precision of the station", () => {
   const place = tidy({ at: [200.123, 0.004], scale: 1.23456789, turn: 450 });
   expect(place).toEqual({ at: [200.12, 0], scale: 1.23457, turn: 90 });
   expect(isSame(place, { at: [200.1, 0], scale: 1.2345, turn: 450 })).toBe(true);
@@ -70,7 +70,7 @@ test("an upright drawing is as wide as it is along the arm's y", () => {
   expect(middle[1]).toBeCloseTo(5);
 });
 
-test("a drawing of all objects lies in true size where they lie", () => {
+test("a composition has the true size and place of its objects", () => {
   const { text, at } = composed([
     {
       color: "#c81e1e",
@@ -90,7 +90,7 @@ test("a drawing of all objects lies in true size where they lie", () => {
   expect(text).toContain('d="M10 40h0.01"');
 });
 
-test("the pen of an object goes before the colours of its parts", () => {
+test("the pen of an object overrides the colours of its parts", () => {
   const report = {
     parts: [{ n: 1, color: "#0030b0" }],
     preview: {
@@ -118,7 +118,7 @@ test("every shape is a drawing in millimetres", () => {
   for (const shape of SHAPES) expect(svgOf(shape)).toMatch(/width="50mm" height="50mm".*<path d="M[\d.]/);
 });
 
-test("an object can be made neither too small to be seen nor too large to be taken hold of", () => {
+test("the size of an object is clamped between visible and draggable", () => {
   const place = { at: [200, 0] as [number, number], scale: 1, turn: 0 };
   expect(bounded({ ...place, scale: 1e-30 }, 100).scale * 100).toBeCloseTo(0.5);
   expect(bounded({ ...place, scale: 1e28 }, 100).scale * 100).toBeCloseTo(2000);
@@ -135,7 +135,7 @@ const two = (id: number): Item => ({ ...item(id), format: "svg" });
 const drawn = (doc: Doc, found: Parameters<typeof partRows>[1], together: Report | null) =>
   partRows(doc.items, found, together).map(({ color, isDrawn }) => [color, isDrawn]);
 
-test("which colours are drawn belongs to the object: a copy has it, and a text beside it changes nothing", () => {
+test("the drawn colours belong to the object: a copy has them, and another object does not change them", () => {
   const found = new Map([1, 2].map((id) => [id, reportOf([RED, BLUE])] as const));
   const alone: Doc = { items: [two(1)], chosen: 1 };
   const [red] = partRows(alone.items, found, null);
@@ -171,7 +171,7 @@ test("which colours are drawn belongs to the object: a copy has it, and a text b
   expect(drawn(noText, found, all).at(-1)).toEqual(["#000000", false]);
 });
 
-test("an object of which no colour is left is not drawn, and comes back with the colour that is ticked", () => {
+test("an object without drawn colours is not drawn, and is drawn again once a colour is ticked", () => {
   const found = new Map([1, 2].map((id) => [id, reportOf([RED])] as const));
   const doc: Doc = { items: [two(1), { ...two(2), color: "#15803d" }], chosen: 1 };
   const all = reportOf([RED]).report;

@@ -25,7 +25,7 @@ beforeEach(() => {
   check.shop.value = bench;
 });
 
-test("the laser is armed for what was seen, and not for another drawing or power", () => {
+test("arming the laser is for the shown drawing and power alone", () => {
   const end = watchArmed();
   const changes = [
     () => bench.addText("Hello"),

@@ -19,7 +19,7 @@ beforeEach(() => {
   sessionStorage.clear();
 });
 
-test("objects are there again after a reload, each workshop's own", async () => {
+test("each workshop restores its objects after a reload", async () => {
   const before = await opened();
   before.pen.addText("Hello");
   before.pen.addShape("star", "Star");

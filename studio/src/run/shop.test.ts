@@ -4,7 +4,7 @@ import { faultOf, setupOf, vouch } from "./shop";
 
 const option = (name: string) => ({ name, kind: "text", usual: false, choices: [] }) as unknown as Option;
 
-test("a range of power is taken as people write it", () => {
+test("a range of power is accepted in the usual notations", () => {
   const power = (text: string) => setupOf([option("power")], { power: text }).power;
   for (const text of ["5-80", "5–80", "5 to 80", "5 到 80", "5..80"]) expect(power(text)).toBe("5..80");
   expect(power("80")).toBe("80");
@@ -12,7 +12,7 @@ test("a range of power is taken as people write it", () => {
 
 const of = (kind: Option["kind"], name = "speed") => ({ ...option(name), kind, about: name }) as Option;
 
-test("numbers are taken with a comma as with a point", () => {
+test("numbers are accepted with a decimal comma or point", () => {
   expect(setupOf([of("number")], { speed: "7,5" })).toEqual({ speed: 7.5 });
   expect(setupOf([of("integer")], { speed: "2" })).toEqual({ speed: 2 });
   expect(setupOf([of("point")], { speed: "200, 10" })).toEqual({ speed: [200, 10] });
@@ -20,7 +20,7 @@ test("numbers are taken with a comma as with a point", () => {
   expect(setupOf([of("text", "power")], { power: "7,5-60" })).toEqual({ power: "7.5..60" });
 });
 
-test("what is no number is marked and refused, and never cut", () => {
+test("invalid numbers are marked and refused, never truncated", () => {
   for (const [kind, text] of [
     ["number", "30 40"],
     ["number", "abc"],

@@ -9,14 +9,14 @@ const drop = (types: string[], isTaken = false) => {
   return event;
 };
 
-test("a file that nothing takes is not opened in place of the page, and that is said", () => {
+test("a dropped file without a handler is refused with a notice and does not replace the page", () => {
   const event = drop(["Files"]);
   dropped(event);
   expect(event.defaultPrevented).toBe(true);
   expect(store.notice.value?.bad).toBe(true);
 });
 
-test("words that are dragged, and what a card has taken, are let be", () => {
+test("dragged text and files that a card has taken are ignored", () => {
   store.notice.value = null;
   const words = drop(["text/plain"]);
   dropped(words);

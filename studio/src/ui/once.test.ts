@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { once } from "./parts";
 
-test("a press does nothing while the one before it is under way", async () => {
+test("a press is ignored while the previous one is pending", async () => {
   const does = once();
   let [pressed, done] = [0, () => {}];
   const press = () => {
@@ -17,7 +17,7 @@ test("a press does nothing while the one before it is under way", async () => {
   expect(pressed).toBe(2);
 });
 
-test("what fails can be pressed again, and what is done at once always", async () => {
+test("a press works again after a failure, and always if it completes at once", async () => {
   const does = once();
   let pressed = 0;
   does(() => {

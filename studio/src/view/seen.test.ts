@@ -29,7 +29,7 @@ beforeEach(() => {
   store.state.value = { link: "up", homed: true } as State;
 });
 
-test("another world takes what was measured in the one before with it", async () => {
+test("loading a scenario forgets the measured surface", async () => {
   await begin("x", false);
   expect(asked.filter((one) => !one.startsWith("world.look"))).toEqual([
     "world.scenario",
@@ -41,7 +41,7 @@ test("another world takes what was measured in the one before with it", async ()
   expect(asked).not.toContain("surface.touch forget");
 });
 
-test("an arm that was homed is homed again in another world, one that was not is left so", async () => {
+test("loading a scenario homes the arm again only if it was homed", async () => {
   await begin("x");
   expect(asked).toContain("arm.home");
   asked.length = 0;
@@ -63,7 +63,7 @@ test("a pen that would not touch the table of a virtual arm draws in the air", (
   expect(inAir(report(-45), "pen", around)).toBe(null);
 });
 
-test("nothing is moved by hand, and nothing begun, while an arm homes", () => {
+test("manual moves and jobs are refused while the arm homes", () => {
   store.socket.value = "up";
   store.role.value = "teacher";
   store.session.value = "me";

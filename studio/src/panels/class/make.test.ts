@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { namesOf, repeatedIn } from "./make";
 
-test("two pupils of one name are found, in whichever letters they are written", () => {
+test("duplicate names are found regardless of case", () => {
   expect(repeatedIn("Ada\nBen\nada")).toBe("ada");
   expect(repeatedIn("Ada, Ben; Ada")).toBe("Ada");
   expect(repeatedIn("Ada\nBen\nAda B")).toBe(undefined);

@@ -5,7 +5,7 @@ import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { is, near, Station } from "./bench.mjs";
+import { waitForState, near, Station } from "./bench.mjs";
 
 /** Height of the arm's paper, mm, which the page does not know. */
 const PAPER = -52.5;
@@ -55,7 +55,7 @@ async function done(station, within = 240_000) {
   assert.fail("the job does not end");
 }
 
-export function firsts(test, { browser, program, shots }) {
+export function walkthroughs(test, { browser, program, shots }) {
   const shot = (page, name, options = {}) => page.screenshot({ path: join(shots, `${name}.png`), ...options });
   const shown = (page) => page.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
 
@@ -65,7 +65,7 @@ export function firsts(test, { browser, program, shots }) {
     await station.start();
     try {
       const page = await browser.inControl(`${station.url}#/engrave`);
-      await is(page, "route", "engrave");
+      await waitForState(page, "route", "engrave");
       const buffer = Buffer.from(await photo(page), "base64");
       // Settings of an earlier drawing with the pen must not affect the laser.
       await page.getByTestId("draw-open").setInputFiles({ name: "portrait.jpg", mimeType: "image/jpeg", buffer });
@@ -84,11 +84,11 @@ export function firsts(test, { browser, program, shots }) {
       assert.ok(await page.getByTestId("draw-start").isDisabled());
       await page.getByTestId("laser-arm").click();
       await page.getByTestId("draw-start").click();
-      await is(page, "job", "running");
+      await waitForState(page, "job", "running");
       await page.waitForTimeout(1500);
       await shot(page, "photo-2-running");
       await done(station);
-      await is(page, "job", "done", 10_000);
+      await waitForState(page, "job", "done", 10_000);
       const burnt = (await station.call("world.look")).strokes
         .filter((stroke) => stroke.burnt)
         .flatMap(({ points }) => points);
@@ -99,7 +99,7 @@ export function firsts(test, { browser, program, shots }) {
       assert.ok(size.some((side) => near(side, 20, 1)) && size.some((side) => near(side, 25, 1)), `${size} mm`);
       assert.equal((await station.pose()).tool.laser, false);
       await page.goto(`${station.url}#/world`);
-      await is(page, "route", "world");
+      await waitForState(page, "route", "world");
       await page.locator("[data-testid=world-paper] path.burnt[d*=M]").first().waitFor({ state: "attached" });
       await page.waitForTimeout(1200);
       await shot(page, "photo-3-world");
@@ -138,7 +138,7 @@ export function firsts(test, { browser, program, shots }) {
     const over = new Promise((over) => sim.once("exit", over));
     try {
       const page = await browser.inControl(`${station.url}#/draw`);
-      await is(page, "route", "draw");
+      await waitForState(page, "route", "draw");
       assert.equal(await page.getByTestId("header-arm").textContent(), "Real arm");
 
       // After power-up the banner explains the state in words, and homes the arm.
@@ -152,9 +152,9 @@ export function firsts(test, { browser, program, shots }) {
       await refusal.getByText("not homed").waitFor();
       await page.getByTestId("alarm-home").click();
       await page.getByTestId("confirm-yes").click();
-      await is(page, "moving", "true");
-      await is(page, "moving", "false", 60_000);
-      await is(page, "alarm", "false", 60_000);
+      await waitForState(page, "moving", "true");
+      await waitForState(page, "moving", "false", 60_000);
+      await waitForState(page, "alarm", "false", 60_000);
       await refusal.waitFor({ state: "detached" });
 
       // The message, its button, and the pad to lower the pen.
@@ -169,7 +169,7 @@ export function firsts(test, { browser, program, shots }) {
       ]) {
         await page.getByTestId("jog-step-size").selectOption(step);
         for (let presses = 0; presses < 60; presses++) {
-          const { z } = await station.stands();
+          const { z } = await station.waitForRest();
           if (z - PAPER < until) break;
           await page.getByTestId("jog-z-minus").click();
           await station.until("a step down", (state) => state.z < z - Number(step) / 2 && !state.moving);
@@ -191,19 +191,19 @@ export function firsts(test, { browser, program, shots }) {
 
       await page.getByTestId("draw-start").click();
       await page.getByTestId("confirm-yes").click();
-      await is(page, "job", "running");
+      await waitForState(page, "job", "running");
       await page.waitForTimeout(1500);
       await shot(page, "first-5-drawing");
       await done(station);
-      await is(page, "job", "done");
-      const { z } = await station.stands();
+      await waitForState(page, "job", "done");
+      const { z } = await station.waitForRest();
       assert.ok(z > height + 5, `the pen is at ${z}`);
       await shot(page, "first-6-done");
       // Two more touches, far apart, for a tilted table.
       const hop = async (button, by) => {
         await page.getByTestId("jog-step-size").selectOption("10");
         for (let pressed = 0; pressed < Math.abs(by) / 10; pressed++) {
-          const before = await station.stands();
+          const before = await station.waitForRest();
           await page.getByTestId(`jog-${button}`).click();
           await station.until("a step", (state) => {
             const gone = Math.hypot(state.x - before.x, state.y - before.y, state.z - before.z);
@@ -212,7 +212,7 @@ export function firsts(test, { browser, program, shots }) {
         }
       };
       await page.goto(`${station.url}#/move`);
-      await is(page, "route", "move");
+      await waitForState(page, "route", "move");
       for (const [n, button, by] of [
         [2, "y-plus", 40],
         [3, "x-minus", 40],
@@ -226,7 +226,7 @@ export function firsts(test, { browser, program, shots }) {
       }
       await page.getByTestId("touch-off-tilt").getByText("3 touches").waitFor();
       await page.goto(`${station.url}#/draw`);
-      await is(page, "route", "draw");
+      await waitForState(page, "route", "draw");
       await page.getByTestId("draw-text").fill("Mia");
       // After the height is deleted, the next drawing asks for it again.
       await page.getByTestId("touch-off-forget").click();
@@ -257,8 +257,8 @@ export function firsts(test, { browser, program, shots }) {
       const page = await browser.inControl(`${station.url}#/move`, { viewport: { width: 390, height: 844 } });
       await page.getByTestId("alarm-home").click();
       await page.getByTestId("confirm-yes").click();
-      await is(page, "moving", "true");
-      await is(page, "moving", "false", 60_000);
+      await waitForState(page, "moving", "true");
+      await waitForState(page, "moving", "false", 60_000);
       await page.getByRole("button", { name: "Measure the paper" }).click();
       const at = async (wanted) => {
         // With the pad beside the wizard: the wizard itself moves nothing.
@@ -267,7 +267,7 @@ export function firsts(test, { browser, program, shots }) {
           for (const size of [10, 5, 1]) {
             await page.getByTestId("jog-step-size").selectOption(String(size));
             for (let presses = 0; presses < 60; presses++) {
-              const before = await station.stands();
+              const before = await station.waitForRest();
               const by = to - before[axis];
               if (Math.abs(by) < size * 0.99) break;
               await page.getByTestId(`jog-${axis}-${by > 0 ? "plus" : "minus"}`).click();
@@ -279,9 +279,9 @@ export function firsts(test, { browser, program, shots }) {
           }
         }
       };
-      const stood = await station.stands();
+      const stood = await station.waitForRest();
       await page.getByText("Corner 1 of 3: lower left").waitFor();
-      const now = await station.stands();
+      const now = await station.waitForRest();
       assert.deepEqual([now.x, now.y, now.z], [stood.x, stood.y, stood.z], "nothing moves by itself");
       await at({ z: -50, x: 270, y: -40 });
       await page.getByRole("button", { name: "Take corner" }).click();
@@ -315,13 +315,13 @@ export function firsts(test, { browser, program, shots }) {
       assert.ok(Math.max(...ys) - Math.min(...ys) > Math.max(...xs) - Math.min(...xs), "the text runs along y");
       // The page draws on the sheet, as large as it permits.
       await page.goto(`${station.url}#/draw`);
-      await is(page, "route", "draw");
+      await waitForState(page, "route", "draw");
       await page.getByTestId("draw-text").fill("Mia");
       await page.getByText("The arm can do it").waitFor();
       await shot(page, "paper-4");
       await page.getByTestId("draw-start").click();
       await page.getByTestId("confirm-yes").click();
-      await is(page, "job", "running");
+      await waitForState(page, "job", "running");
       await done(station);
       const { drawn_mm } = (await station.call("job.list")).jobs.at(-1);
       assert.ok(drawn_mm > 120, `${drawn_mm} mm fill the paper`);
