@@ -10,20 +10,20 @@ use serde_json::Value;
 
 use super::archive::files;
 use super::output;
-use super::system::{Builder, Family, GLIBC, System, is_there};
+use super::system::{Builder, Family, GLIBC, System, is_on_path};
 
 /// Drawing for the test of a program.
-const DRAWING: &str = "crates/magician-program/samples/rabbit.svg";
+const TEST_DRAWING: &str = "crates/magician-program/samples/rabbit.svg";
 
 /// Libraries of every macOS.
-const OF_MACOS: [&str; 3] = [
+const MACOS_LIBRARIES: [&str; 3] = [
     "/usr/lib/libSystem.B.dylib",
     "/usr/lib/libiconv.2.dylib",
     "/usr/lib/libcharset.1.dylib",
 ];
 
 /// Tests the unpacked archive of a system. Returns how it was tested.
-pub(super) fn unpacked(
+pub(super) fn verify_archive(
     builder: &Builder,
     system: &System,
     archive: &Path,
@@ -47,28 +47,28 @@ pub(super) fn unpacked(
     let folder = room.join(&name);
     let binaries = binaries(room, &name)?;
     for file in &binaries {
-        clean(builder, system, file)?;
+        check_binary(builder, system, file)?;
     }
     let program = folder.join("bin").join(system.program());
     let how = match system.family {
         Family::MacOs(oldest) => {
             for file in &binaries {
-                mach(builder, system, file, oldest)?;
+                check_mach_o(builder, system, file, oldest)?;
             }
             format!("not run; load commands: macOS {oldest}, its own libraries only, signed")
         }
         _ if system.triple == builder.metadata.host => {
-            drop_in(builder, &folder)?;
-            started(builder, system, &program)? + ", a program for the vendor's library"
+            verify_vendor_library(builder, &folder)?;
+            verify_program(builder, system, &program)? + ", a program for the vendor's library"
         }
-        _ => started(builder, system, &program)?,
+        _ => verify_program(builder, system, &program)?,
     };
     fs::remove_dir_all(room)?;
     Ok(how)
 }
 
 /// Runs a program: its version, and a drawing on the virtual arm.
-pub(super) fn started(
+pub(super) fn verify_program(
     builder: &Builder,
     system: &System,
     program: &Path,
@@ -89,20 +89,23 @@ pub(super) fn started(
     if version.trim() != format!("magician {}", builder.metadata.version) {
         return Err(format!("{}: --version says {version}", program.display()).into());
     }
-    let drawing = builder.root.join(DRAWING);
+    let drawing = builder.root.join(TEST_DRAWING);
     start(&["run", &drawing.display().to_string(), "--port", "sim"])?;
     Ok(format!("{how}: --version, run rabbit.svg --port sim"))
 }
 
 /// Installs the studio under Wine, uses it, and uninstalls it.
-pub(super) fn installed(builder: &Builder, installer: &Path) -> Result<String, Box<dyn Error>> {
+pub(super) fn verify_installer(
+    builder: &Builder,
+    installer: &Path,
+) -> Result<String, Box<dyn Error>> {
     let script = builder.root.join("interop/installer");
     output(Command::new("python3").arg("-B").arg(script).arg(installer))?;
     Ok("Wine: installed, a house drawn, the page served, removed".to_owned())
 }
 
 /// Lets a program for the vendor's library load the one in an archive.
-fn drop_in(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
+fn verify_vendor_library(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
     // Our Python module in place of the vendor's, on a virtual arm.
     let mut program = Command::new("python3");
     program.env("PYTHONPATH", folder.join("dobotdll/lib/dobotdll/v1"));
@@ -128,7 +131,7 @@ fn runner(
         _ => {
             let processor = system.triple.split('-').next().unwrap_or_default();
             let emulator = format!("qemu-{processor}-static");
-            if !is_there(&emulator) {
+            if !is_on_path(&emulator) {
                 return Err(format!("no {emulator}: install qemu-user-static").into());
             }
             let root = format!("/usr/{processor}-linux-gnu");
@@ -152,9 +155,9 @@ fn binaries(room: &Path, name: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
 
 /// Fails if a file contains a path of this machine, or if a Linux file needs a newer C library than
 /// declared.
-fn clean(builder: &Builder, system: &System, file: &Path) -> Result<(), Box<dyn Error>> {
+fn check_binary(builder: &Builder, system: &System, file: &Path) -> Result<(), Box<dyn Error>> {
     let bytes = fs::read(file)?;
-    for place in builder.places()? {
+    for place in builder.source_folders()? {
         let place = place.display().to_string();
         if find(&bytes, place.as_bytes()).next().is_some() {
             return Err(format!("{}: has {place} in it", file.display()).into());
@@ -190,7 +193,7 @@ fn newest_glibc(bytes: &[u8]) -> Option<(u32, u32)> {
 
 /// Checks the load commands of a macOS file: only system libraries, no search paths, and the
 /// declared oldest macOS.
-fn mach(
+fn check_mach_o(
     builder: &Builder,
     system: &System,
     file: &Path,
@@ -198,27 +201,27 @@ fn mach(
 ) -> Result<(), Box<dyn Error>> {
     let mut look = Command::new("python3");
     look.arg("-B").arg(builder.root.join("packaging/mach.py"));
-    let told: Value = serde_json::from_slice(&output(look.arg(file))?)?;
+    let printed: Value = serde_json::from_slice(&output(look.arg(file))?)?;
     let wrong = |words: String| Err(format!("{}: {words}", file.display()).into());
-    for library in told["libraries"].as_array().into_iter().flatten() {
+    for library in printed["libraries"].as_array().into_iter().flatten() {
         let library = library.as_str().unwrap_or_default();
-        if !OF_MACOS.contains(&library) {
+        if !MACOS_LIBRARIES.contains(&library) {
             return wrong(format!("needs {library}, which not every Mac has"));
         }
     }
     let processor = system.triple.split('-').next().unwrap_or_default();
-    if told["processor"] != processor {
-        return wrong(format!("is for {}", told["processor"]));
+    if printed["processor"] != processor {
+        return wrong(format!("is for {}", printed["processor"]));
     }
-    if told["oldest"] != oldest {
-        return wrong(format!("asks for macOS {}", told["oldest"]));
+    if printed["oldest"] != oldest {
+        return wrong(format!("asks for macOS {}", printed["oldest"]));
     }
-    if told["paths"] != Value::Array(Vec::new()) {
-        return wrong(format!("looks for libraries in {}", told["paths"]));
+    if printed["paths"] != Value::Array(Vec::new()) {
+        return wrong(format!("looks for libraries in {}", printed["paths"]));
     }
     // Macs with Intel processors need no signature.
-    if processor == "aarch64" && told["signature"] != "" {
-        return wrong(format!("its signature: {}", told["signature"]));
+    if processor == "aarch64" && printed["signature"] != "" {
+        return wrong(format!("its signature: {}", printed["signature"]));
     }
     Ok(())
 }
@@ -228,7 +231,7 @@ mod tests {
     use super::newest_glibc;
 
     #[test]
-    fn the_newest_glibc_is_found_by_number_and_not_by_spelling() {
+    fn newest_glibc_is_compared_by_number() {
         let bytes = b"\0GLIBC_2.2.5\0GLIBC_2.17\0GLIBC_2.9\0GLIBC_PRIVATE\0";
         assert_eq!(newest_glibc(bytes), Some((2, 17)));
         assert_eq!(newest_glibc(b"GCC_3.0\0"), None);

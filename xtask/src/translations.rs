@@ -3,7 +3,7 @@
 //!
 //!
 //! A message is identified by its English template. Translated are messages of `message!` and
-//! effects of remedies; crates and files that still create plain texts are not in [`TRANSLATED`].
+//! effects of remedies; crates and files that still create plain texts are not in [`MESSAGE_ONLY_PATHS`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -12,7 +12,7 @@ use std::str::FromStr;
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
-use crate::sentences::{is_group, is_sign, production_sources};
+use crate::sentences::{is_group, is_punct, production_sources};
 
 /// Crates whose messages reach the page.
 const CRATES: [&str; 6] = [
@@ -26,7 +26,7 @@ const CRATES: [&str; 6] = [
 
 /// Files and directories in which every diagnostic is a message: a plain text there would have no
 /// translation.
-const TRANSLATED: [&str; 14] = [
+const MESSAGE_ONLY_PATHS: [&str; 14] = [
     "magician-formats/src/artwork",
     "magician-formats/src/calibrate.rs",
     "magician-formats/src/diagnostic.rs",
@@ -44,11 +44,11 @@ const TRANSLATED: [&str; 14] = [
 ];
 
 /// Calls whose text is shown to people.
-const SAYING: [&str; 5] = ["of_file", "help", "invalid", "in_place", "burning"];
+const TEXT_CALLS: [&str; 5] = ["of_file", "help", "invalid", "in_place", "burning"];
 
 /// Texts in a source file.
 #[derive(Default)]
-struct Said {
+struct SourceTexts {
     /// Templates of messages and effects of remedies, with their lines.
     sentences: Vec<(usize, String)>,
     /// Lines with plain texts in place of messages.
@@ -57,11 +57,11 @@ struct Said {
     strings: Vec<String>,
 }
 
-impl Said {
+impl SourceTexts {
     fn of(source: &str) -> Self {
-        let mut said = Self::default();
-        said.collect(TokenStream::from_str(source).expect("it is Rust"));
-        said
+        let mut sources = Self::default();
+        sources.collect(TokenStream::from_str(source).expect("it is Rust"));
+        sources
     }
 
     fn collect(&mut self, tokens: TokenStream) {
@@ -71,36 +71,38 @@ impl Said {
                 TokenTree::Group(group) => {
                     let before = |back: usize| at.checked_sub(back).and_then(|at| tokens.get(at));
                     // Examples in documentation do not count.
-                    if before(1).is_some_and(|sign| is_sign(sign, '#')) {
+                    if before(1).is_some_and(|sign| is_punct(sign, '#')) {
                         continue;
                     }
                     let arguments = arguments(group.stream());
-                    let is_macro = before(1).is_some_and(|sign| is_sign(sign, '!'));
+                    let is_macro = before(1).is_some_and(|sign| is_punct(sign, '!'));
                     let name = before(if is_macro { 2 } else { 1 });
                     let name = name.map(ToString::to_string).unwrap_or_default();
                     match (name.as_str(), is_macro) {
-                        ("message", true) => self.sentence(arguments.first()),
-                        ("remedy", false) => self.sentence(arguments.get(1)),
-                        ("new", false) if of_remedy(&tokens, at) => {
-                            self.sentence(arguments.get(1));
+                        ("message", true) => self.add_sentence(arguments.first()),
+                        ("remedy", false) => self.add_sentence(arguments.get(1)),
+                        ("new", false) if is_remedy_call(&tokens, at) => {
+                            self.add_sentence(arguments.get(1));
                         }
-                        (name, false) if SAYING.contains(&name) => {
+                        (name, false) if TEXT_CALLS.contains(&name) => {
                             self.texts
-                                .extend(arguments.iter().filter_map(|it| text(it)));
+                                .extend(arguments.iter().filter_map(|it| text_line(it)));
                         }
                         _ => {}
                     }
                     self.collect(group.stream());
                 }
-                TokenTree::Literal(literal) => self.strings.extend(value(&literal.to_string())),
+                TokenTree::Literal(literal) => {
+                    self.strings.extend(string_value(&literal.to_string()))
+                }
                 _ => {}
             }
         }
     }
 
-    fn sentence(&mut self, argument: Option<&Vec<TokenTree>>) {
+    fn add_sentence(&mut self, argument: Option<&Vec<TokenTree>>) {
         if let Some([TokenTree::Literal(literal)]) = argument.map(Vec::as_slice)
-            && let Some(template) = value(&literal.to_string())
+            && let Some(template) = string_value(&literal.to_string())
             && !template.is_empty()
         {
             let line = literal.span().start().line;
@@ -114,12 +116,12 @@ fn without_tests(tokens: TokenStream) -> Vec<TokenTree> {
     let mut all = Vec::new();
     let mut tokens = tokens.into_iter().peekable();
     while let Some(token) = tokens.next() {
-        let is_test = is_sign(&token, '#')
+        let is_test = is_punct(&token, '#')
             && (tokens.peek())
                 .is_some_and(|group| group.to_string().replace(' ', "") == "[cfg(test)]");
         if is_test {
             let item = tokens.by_ref();
-            item.find(|token| is_sign(token, ';') || is_group(token, Delimiter::Brace));
+            item.find(|token| is_punct(token, ';') || is_group(token, Delimiter::Brace));
         } else {
             all.push(token);
         }
@@ -128,7 +130,7 @@ fn without_tests(tokens: TokenStream) -> Vec<TokenTree> {
 }
 
 /// True if the group at this place holds the arguments of `Remedy::new`.
-fn of_remedy(tokens: &[TokenTree], at: usize) -> bool {
+fn is_remedy_call(tokens: &[TokenTree], at: usize) -> bool {
     let name = at.checked_sub(4).and_then(|at| tokens.get(at));
     name.is_some_and(|name| name.to_string() == "Remedy")
 }
@@ -137,7 +139,7 @@ fn of_remedy(tokens: &[TokenTree], at: usize) -> bool {
 fn arguments(tokens: TokenStream) -> Vec<Vec<TokenTree>> {
     let mut all = vec![Vec::new()];
     for token in tokens {
-        if is_sign(&token, ',') {
+        if is_punct(&token, ',') {
             all.push(Vec::new());
         } else if let Some(last) = all.last_mut() {
             last.push(token);
@@ -147,12 +149,12 @@ fn arguments(tokens: TokenStream) -> Vec<Vec<TokenTree>> {
 }
 
 /// Returns the line of an argument that is a text: a string, or a result of `format!`.
-fn text(argument: &[TokenTree]) -> Option<usize> {
+fn text_line(argument: &[TokenTree]) -> Option<usize> {
     let first = argument.first()?;
     let is_text = match first {
-        TokenTree::Literal(literal) => value(&literal.to_string()).is_some(),
+        TokenTree::Literal(literal) => string_value(&literal.to_string()).is_some(),
         TokenTree::Ident(name) => {
-            name == "format" && argument.get(1).is_some_and(|sign| is_sign(sign, '!'))
+            name == "format" && argument.get(1).is_some_and(|sign| is_punct(sign, '!'))
         }
         _ => false,
     };
@@ -160,7 +162,7 @@ fn text(argument: &[TokenTree]) -> Option<usize> {
 }
 
 /// Returns the value of a string literal; `None` for other literals.
-fn value(literal: &str) -> Option<String> {
+fn string_value(literal: &str) -> Option<String> {
     let text = literal.strip_prefix('"')?.strip_suffix('"')?;
     let mut out = String::new();
     let mut letters = text.chars().peekable();
@@ -193,46 +195,46 @@ fn without_formats(template: &str) -> String {
 }
 
 /// Returns the names in braces.
-fn places(sentence: &str) -> BTreeSet<&str> {
+fn placeholders(sentence: &str) -> BTreeSet<&str> {
     let inner = sentence.split('{').skip(1);
     inner.filter_map(|place| place.split('}').next()).collect()
 }
 
 /// Returns the problems of a translation.
-fn flaws(language: &BTreeMap<String, String>, said: &[(String, Said)]) -> Vec<String> {
-    let mut flaws = Vec::new();
-    for (file, said) in said {
-        for (line, template) in &said.sentences {
+fn problems(language: &BTreeMap<String, String>, sources: &[(String, SourceTexts)]) -> Vec<String> {
+    let mut problems = Vec::new();
+    for (file, sources) in sources {
+        for (line, template) in &sources.sentences {
             match language.get(template) {
-                None => flaws.push(format!("{file}:{line}: no translation of \"{template}\"")),
-                Some(other) if places(other) != places(template) => {
-                    flaws.push(format!("\"{template}\" has other places in \"{other}\""));
+                None => problems.push(format!("{file}:{line}: no translation of \"{template}\"")),
+                Some(other) if placeholders(other) != placeholders(template) => {
+                    problems.push(format!("\"{template}\" has other places in \"{other}\""));
                 }
                 Some(_) => {}
             }
         }
     }
-    let all: BTreeSet<String> = { said.iter() }
-        .flat_map(|(_, said)| said.strings.iter().map(|text| without_formats(text)))
+    let all: BTreeSet<String> = { sources.iter() }
+        .flat_map(|(_, sources)| sources.strings.iter().map(|text| without_formats(text)))
         .collect();
     let unsaid = language.keys().filter(|template| !all.contains(*template));
-    flaws.extend(unsaid.map(|template| format!("no source says \"{template}\"")));
-    flaws
+    problems.extend(unsaid.map(|template| format!("no source says \"{template}\"")));
+    problems
 }
 
 /// Returns the texts of `CRATES`. Words that these quote are defined in the crates below.
-fn said() -> Vec<(String, Said)> {
+fn collect_sources() -> Vec<(String, SourceTexts)> {
     let below = ["magician-protocol", "magician-motion"];
-    let mut said = Vec::new();
+    let mut sources = Vec::new();
     for name in CRATES.into_iter().chain(below) {
         for (file, source) in production_sources(name) {
-            said.push((file, Said::of(&source)));
+            sources.push((file, SourceTexts::of(&source)));
         }
     }
-    said
+    sources
 }
 
-fn language(name: &str) -> BTreeMap<String, String> {
+fn read_language(name: &str) -> BTreeMap<String, String> {
     let file = format!("../studio/src/said/{name}.json");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     let text = fs::read_to_string(&path).expect("the sentences of the language");
@@ -240,19 +242,19 @@ fn language(name: &str) -> BTreeMap<String, String> {
 }
 
 #[test]
-fn every_message_has_a_chinese_sentence_and_no_other_is_kept() {
-    let flaws = flaws(&language("zh"), &said());
-    assert!(flaws.is_empty(), "{}", flaws.join("\n"));
+fn chinese_sentences_are_exactly_those_of_the_messages() {
+    let problems = problems(&read_language("zh"), &collect_sources());
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
 #[test]
-fn translated_files_make_their_texts_by_message() {
+fn translated_files_contain_messages_alone() {
     let mut texts = Vec::new();
-    for (file, said) in said() {
-        let is_translated = (TRANSLATED.iter())
+    for (file, sources) in collect_sources() {
+        let is_translated = (MESSAGE_ONLY_PATHS.iter())
             .any(|path| Path::new(&file).starts_with(Path::new("crates").join(path)));
         if is_translated {
-            texts.extend(said.texts.iter().map(|line| format!("{file}:{line}")));
+            texts.extend(sources.texts.iter().map(|line| format!("{file}:{line}")));
         }
     }
     assert!(
@@ -263,22 +265,22 @@ fn translated_files_make_their_texts_by_message() {
 }
 
 #[test]
-fn missing_differing_and_stale_translations_are_found() {
+fn missing_differing_and_stale_translations_are_reported() {
     let source = r#"
         /// message!("in a comment")
         fn say(height: f64) {
             message!("a surface at {height:.1} \
                 mm", height);
             Diagnostic::of_file(message!("nothing")).remedy(Action::Home, "homes it");
-            Remedy::new((Setting::At, Given::Any("X,Y")), "places it");
+            Remedy::new((Setting::At, OptionValue::Any("X,Y")), "places it");
             Diagnostic::of_file(format!("text"));
             let word = "joint 1";
         }
         #[cfg(test)]
         mod tests { fn say() { message!("in a test"); } }
     "#;
-    let said = Said::of(source);
-    let sentences: Vec<&str> = { said.sentences.iter() }
+    let sources = SourceTexts::of(source);
+    let sentences: Vec<&str> = { sources.sentences.iter() }
         .map(|(_, text)| text.as_str())
         .collect();
     assert_eq!(
@@ -290,8 +292,8 @@ fn missing_differing_and_stale_translations_are_found() {
             "places it"
         ]
     );
-    assert_eq!(said.texts, [8]);
-    let said = [("file.rs".to_owned(), said)];
+    assert_eq!(sources.texts, [8]);
+    let sources = [("file.rs".to_owned(), sources)];
     let language = |entries: &[(&str, &str)]| -> BTreeMap<String, String> {
         let own = |(one, other): &(&str, &str)| ((*one).to_owned(), (*other).to_owned());
         entries.iter().map(own).collect()
@@ -303,16 +305,19 @@ fn missing_differing_and_stale_translations_are_found() {
         ("places it", "放置"),
         ("joint 1", "关节 1"),
     ];
-    assert_eq!(flaws(&language(&whole), &said), Vec::<String>::new());
-    let missing = flaws(&language(&whole[1..]), &said);
+    assert_eq!(
+        problems(&read_language(&whole), &sources),
+        Vec::<String>::new()
+    );
+    let missing = problems(&read_language(&whole[1..]), &sources);
     assert_eq!(
         missing,
         ["file.rs:4: no translation of \"a surface at {height} mm\""]
     );
-    let mut other = language(&whole);
+    let mut other = read_language(&whole);
     other.insert("nothing".to_owned(), "{what}".to_owned());
     other.insert("gone".to_owned(), "没有".to_owned());
-    let found = flaws(&other, &said);
+    let found = problems(&other, &sources);
     assert_eq!(
         found,
         [

@@ -25,22 +25,22 @@ use super::figure::Figure;
 use super::program::{USB, frame};
 
 /// Number of arms in memory, of arms over UDP, and of threads for the arms in memory.
-const IN_MEMORY: usize = 10_000;
-const OVER_SOCKETS: usize = 500;
+const ARMS_IN_MEMORY: usize = 10_000;
+const ARMS_OVER_UDP: usize = 500;
 const THREADS: usize = 2;
 
 /// Interval of polling the pose, µs.
-const LOOK: u64 = 20_000;
+const POLL_INTERVAL_US: u64 = 20_000;
 /// Number of polls per command.
-const LOOKS_A_COMMAND: u64 = 5;
+const POLLS_PER_COMMAND: u64 = 5;
 /// Duration of the measurement.
-const LASTING: Duration = Duration::from_secs(5);
+const DURATION: Duration = Duration::from_secs(5);
 /// Goal for the 99th percentile of delays, ms.
-const P99: f64 = 5.0;
+const P99_GOAL_MS: f64 = 5.0;
 
 /// Frames that every host sends.
 struct Frames {
-    look: FrameBuf,
+    poll: FrameBuf,
     steps: [FrameBuf; 2],
 }
 
@@ -57,32 +57,35 @@ impl Frames {
             frame(Ctrl::QUEUED, &command)
         };
         Self {
-            look: FrameBuf::new(10, Ctrl::GET, &[]).expect("a frame"),
+            poll: FrameBuf::new(10, Ctrl::GET, &[]).expect("a frame"),
             steps: [step(0.2), step(-0.2)],
         }
     }
 
     /// Returns the frames due with a poll: the request of the pose, and sometimes a command.
-    fn due(&self, look: u64) -> impl Iterator<Item = &FrameBuf> {
-        let step = look.is_multiple_of(LOOKS_A_COMMAND).then(|| {
-            let nth = look / LOOKS_A_COMMAND % 2;
+    fn due(&self, poll: u64) -> impl Iterator<Item = &FrameBuf> {
+        let step = poll.is_multiple_of(POLLS_PER_COMMAND).then(|| {
+            let nth = poll / POLLS_PER_COMMAND % 2;
             &self.steps[usize::from(nth > 0)]
         });
-        [&self.look].into_iter().chain(step)
+        [&self.poll].into_iter().chain(step)
     }
 }
 
 /// Results of one thread.
-struct Seen {
+struct ThreadResult {
     /// Delays of replies after the instant at which they were due, ms.
     delays: Vec<f64>,
     /// Share of the time in which the thread was busy.
     busy: f64,
 }
 
-fn figure(name: &str, arms: usize, seen: Vec<Seen>) -> Figure {
-    let busy: f64 = seen.iter().map(|seen| seen.busy).sum();
-    let mut delays: Vec<f64> = seen.into_iter().flat_map(|seen| seen.delays).collect();
+fn figure(name: &str, arms: usize, results: Vec<ThreadResult>) -> Figure {
+    let busy: f64 = results.iter().map(|result| result.busy).sum();
+    let mut delays: Vec<f64> = results
+        .into_iter()
+        .flat_map(|result| result.delays)
+        .collect();
     delays.sort_by(f64::total_cmp);
     let part = |share: f64| {
         let at = (delays.len() as f64 * share) as usize;
@@ -95,13 +98,13 @@ fn figure(name: &str, arms: usize, seen: Vec<Seen>) -> Figure {
         .with("p50", part(0.5))
         .with("longest", part(1.0))
         .with("arms", arms as f64)
-        .with("replies/s", delays.len() as f64 / LASTING.as_secs_f64())
+        .with("replies/s", delays.len() as f64 / DURATION.as_secs_f64())
         .with("cores", busy)
-        .at_most(P99)
+        .at_most(P99_GOAL_MS)
 }
 
 /// Runs one thread's arms in memory, each when it is due.
-fn in_memory(arms: usize) -> Seen {
+fn in_memory(arms: usize) -> ThreadResult {
     let frames = Frames::new();
     let mut runners: Vec<Runner> = (0..arms)
         .map(|_| {
@@ -122,11 +125,11 @@ fn in_memory(arms: usize) -> Seen {
     let mut delays = Vec::with_capacity(arms * 60 * 6);
     let (began, mut slept) = (Instant::now(), Duration::ZERO);
     let wall = || HostInstant::ZERO + began.elapsed();
-    'all: for look in 0.. {
+    'all: for poll in 0.. {
         for (nth, runner) in runners.iter_mut().enumerate() {
             // Polls of different arms are spread over the interval.
-            let due = look * LOOK + nth as u64 * LOOK / arms as u64;
-            if Duration::from_micros(due) >= LASTING {
+            let due = poll * POLL_INTERVAL_US + nth as u64 * POLL_INTERVAL_US / arms as u64;
+            if Duration::from_micros(due) >= DURATION {
                 break 'all;
             }
             let early = Duration::from_micros(due).saturating_sub(began.elapsed());
@@ -135,7 +138,7 @@ fn in_memory(arms: usize) -> Seen {
                 thread::sleep(early);
                 slept += before.elapsed();
             }
-            for frame in frames.due(look) {
+            for frame in frames.due(poll) {
                 runner.receive(wall(), USB, frame.bytes());
             }
             let now = wall();
@@ -146,7 +149,7 @@ fn in_memory(arms: usize) -> Seen {
         }
     }
     let busy = 1.0 - slept.as_secs_f64() / began.elapsed().as_secs_f64();
-    Seen { delays, busy }
+    ThreadResult { delays, busy }
 }
 
 fn runtime() -> Result<Runtime, std::io::Error> {
@@ -154,7 +157,7 @@ fn runtime() -> Result<Runtime, std::io::Error> {
 }
 
 /// Serves arms over UDP on another thread while `talk` runs.
-pub(super) fn served<T>(
+pub(super) fn with_served_arms<T>(
     arms: usize,
     line: LineTiming,
     talk: impl FnOnce(&[SocketAddr]) -> Result<T, Box<dyn Error>>,
@@ -202,7 +205,10 @@ pub(super) fn served<T>(
 }
 
 /// Runs one host over UDP. Returns the delays of its replies.
-async fn host(arm: SocketAddr, first: tokio::time::Instant) -> Result<Vec<f64>, std::io::Error> {
+async fn run_host(
+    arm: SocketAddr,
+    first: tokio::time::Instant,
+) -> Result<Vec<f64>, std::io::Error> {
     let frames = Frames::new();
     let socket = UdpSocket::bind("127.0.0.1:0").await?;
     socket.connect(arm).await?;
@@ -212,14 +218,14 @@ async fn host(arm: SocketAddr, first: tokio::time::Instant) -> Result<Vec<f64>, 
         .await?;
     socket.recv(&mut reply).await?;
     let mut delays = Vec::new();
-    let mut looks = interval_at(first, Duration::from_micros(LOOK));
-    let until = first + LASTING;
-    for look in 0.. {
+    let mut polls = interval_at(first, Duration::from_micros(POLL_INTERVAL_US));
+    let until = first + DURATION;
+    for poll in 0.. {
         // The runtime's timer has a resolution of 1 ms, so the delay counts from the actual tick.
-        if looks.tick().await >= until {
+        if polls.tick().await >= until {
             break;
         }
-        for request in frames.due(look) {
+        for request in frames.due(poll) {
             let sent = Instant::now();
             socket.send(request.bytes()).await?;
             // A request lost on a loopback socket means that the server is overloaded: the
@@ -235,7 +241,7 @@ async fn host(arm: SocketAddr, first: tokio::time::Instant) -> Result<Vec<f64>, 
 }
 
 /// Returns the CPU time of this process so far, s; `None` if the system does not report it.
-fn processor() -> Option<f64> {
+fn cpu_time() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // After the name in parentheses; fields 14 and 15 of all, in hundredths of a second.
     let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
@@ -243,14 +249,17 @@ fn processor() -> Option<f64> {
     Some((ticks(11)? + ticks(12)?) / 100.0)
 }
 
-fn over_sockets(addresses: &[SocketAddr]) -> Result<Vec<Seen>, Box<dyn Error>> {
-    let before = processor();
+fn over_sockets(addresses: &[SocketAddr]) -> Result<Vec<ThreadResult>, Box<dyn Error>> {
+    let before = cpu_time();
     let (began, arms) = (Instant::now(), addresses.len() as u64);
     let hosts = async {
         let start = tokio::time::Instant::now() + Duration::from_millis(200);
         let hosts: Vec<_> = (addresses.iter().zip(0u64..))
             .map(|(arm, nth)| {
-                tokio::spawn(host(*arm, start + Duration::from_micros(nth * LOOK / arms)))
+                tokio::spawn(run_host(
+                    *arm,
+                    start + Duration::from_micros(nth * POLL_INTERVAL_US / arms),
+                ))
             })
             .collect();
         let mut delays = Vec::new();
@@ -260,23 +269,23 @@ fn over_sockets(addresses: &[SocketAddr]) -> Result<Vec<Seen>, Box<dyn Error>> {
         Ok::<_, Box<dyn Error>>(delays)
     };
     let delays = runtime()?.block_on(hosts)?;
-    let spent = processor()
+    let spent = cpu_time()
         .zip(before)
         .map_or(f64::NAN, |(after, before)| after - before);
     let busy = spent / began.elapsed().as_secs_f64();
-    Ok(vec![Seen { delays, busy }])
+    Ok(vec![ThreadResult { delays, busy }])
 }
 
 /// Measures S3.
 pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let threads: Vec<_> = (0..THREADS)
-        .map(|_| thread::spawn(|| in_memory(IN_MEMORY / THREADS)))
+        .map(|_| thread::spawn(|| in_memory(ARMS_IN_MEMORY / THREADS)))
         .collect();
-    let mut seen = Vec::new();
+    let mut results = Vec::new();
     for thread in threads {
-        seen.push(thread.join().map_err(|_| "a thread has ended")?);
+        results.push(thread.join().map_err(|_| "a thread has ended")?);
     }
-    let memory = figure("S3 in memory", IN_MEMORY, seen);
-    let seen = served(OVER_SOCKETS, LineTiming::default(), over_sockets)?;
-    Ok(vec![memory, figure("S3 over UDP", OVER_SOCKETS, seen)])
+    let memory = figure("S3 in memory", ARMS_IN_MEMORY, results);
+    let results = with_served_arms(ARMS_OVER_UDP, LineTiming::default(), over_sockets)?;
+    Ok(vec![memory, figure("S3 over UDP", ARMS_OVER_UDP, results)])
 }

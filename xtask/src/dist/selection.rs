@@ -7,13 +7,13 @@ use super::system::{SYSTEMS, System};
 
 /// Parsed arguments.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Wish {
+pub(super) struct Selection {
     pub(super) systems: Vec<System>,
     /// Cargo profile. Profiles other than `dist` serve to test the release process.
     pub(super) profile: String,
 }
 
-impl Wish {
+impl Selection {
     pub(super) fn read(words: &[String]) -> Result<Self, Box<dyn Error>> {
         let (mut only, mut skip) = (Vec::new(), Vec::new());
         let mut profile = PROFILE.to_owned();
@@ -22,7 +22,7 @@ impl Wish {
             let value = words.next().ok_or("dist: each option needs a value")?;
             let system = || {
                 let known = SYSTEMS.map(|system| system.triple).join(", ");
-                System::named(value)
+                System::by_triple(value)
                     .ok_or_else(|| format!("dist: unknown target {value}; known: {known}"))
             };
             match option.as_str() {
@@ -47,12 +47,16 @@ mod tests {
 
     fn read(words: &[&str]) -> Result<Vec<&'static str>, String> {
         let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
-        let wish = Wish::read(&words).map_err(|error| error.to_string())?;
-        Ok(wish.systems.iter().map(|system| system.triple).collect())
+        let selection = Selection::read(&words).map_err(|error| error.to_string())?;
+        Ok(selection
+            .systems
+            .iter()
+            .map(|system| system.triple)
+            .collect())
     }
 
     #[test]
-    fn all_five_are_made_unless_some_are_named_or_skipped() {
+    fn all_five_systems_are_built_unless_named_or_skipped() {
         let all = read(&[]).expect("nothing to refuse");
         assert_eq!(all.len(), 5);
         assert_eq!(read(&["--only", all[3]]), Ok(vec![all[3]]));

@@ -35,10 +35,10 @@ const UNPACED: LineTiming = LineTiming {
     turnaround: Duration::ZERO,
 };
 /// Number of batches of each.
-const TURNS: usize = 7;
+const BATCHES: usize = 7;
 
 /// Calls per batch for each kind of line.
-const LOTS: [(&str, Option<LineTiming>, usize); 3] = [
+const CALLS_PER_BATCH: [(&str, Option<LineTiming>, usize); 3] = [
     ("in the process", None, 20_000),
     ("at a pseudo-terminal", Some(UNPACED), 5_000),
     ("at 115200 baud", Some(PACED), 200),
@@ -48,22 +48,22 @@ const LOTS: [(&str, Option<LineTiming>, usize); 3] = [
 pub(super) fn measure(docs: &Path) -> Result<Vec<Figure>, Box<dyn Error>> {
     let built = build(&docs.join(".."))?;
     let mut figures = Vec::new();
-    for (place, line, count) in LOTS {
+    for (place, line, count) in CALLS_PER_BATCH {
         figures.extend(match line {
-            None => beside(&built, place, "sim", count)?,
-            Some(line) => served(line, |port| beside(&built, place, port, count))?,
+            None => measure_both(&built, place, "sim", count)?,
+            Some(line) => with_served_arm(line, |port| measure_both(&built, place, port, count))?,
         });
     }
     Ok(figures)
 }
 
 /// Paths of the C program and of the library that it loads.
-struct Built {
+struct CProgram {
     program: String,
     library: String,
 }
 
-fn build(root: &Path) -> Result<Built, Box<dyn Error>> {
+fn build(root: &Path) -> Result<CProgram, Box<dyn Error>> {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let words = [
         "build",
@@ -72,14 +72,14 @@ fn build(root: &Path) -> Result<Built, Box<dyn Error>> {
         "--package",
         "magician-capi-v1",
     ];
-    done(Command::new(cargo).current_dir(root).args(words))?;
+    run_command(Command::new(cargo).current_dir(root).args(words))?;
     // Beside this program, wherever that was built.
     let here = env::current_exe()?;
     let folder = here.parent().ok_or("a folder of built programs")?;
     let include = folder.join("vendor-include");
     library::write_headers(&include)?;
     let program = folder.join("vendor-rate");
-    done(
+    run_command(
         Command::new("cc")
             .args(["-O2", "-DFAMILY=1", "-I"])
             .arg(include.join("v1"))
@@ -93,13 +93,13 @@ fn build(root: &Path) -> Result<Built, Box<dyn Error>> {
         env::consts::DLL_PREFIX,
         env::consts::DLL_SUFFIX
     );
-    Ok(Built {
+    Ok(CProgram {
         program: program.display().to_string(),
         library: folder.join(library).display().to_string(),
     })
 }
 
-fn done(command: &mut Command) -> Result<(), Box<dyn Error>> {
+fn run_command(command: &mut Command) -> Result<(), Box<dyn Error>> {
     match command.status()? {
         status if status.success() => Ok(()),
         status => Err(format!("{command:?} ended with {status}").into()),
@@ -107,8 +107,8 @@ fn done(command: &mut Command) -> Result<(), Box<dyn Error>> {
 }
 
 /// Runs both alternately at the same arm.
-fn beside(
-    built: &Built,
+fn measure_both(
+    built: &CProgram,
     place: &str,
     port: &str,
     count: usize,
@@ -124,12 +124,12 @@ fn beside(
     let mut figures = Vec::new();
     for (call, letter) in [("GetPose", "g"), ("SetPTPCmd, queued", "m")] {
         let (mut ours, mut theirs) = (Vec::new(), Vec::new());
-        for _ in 0..TURNS {
+        for _ in 0..BATCHES {
             writeln!(ask, "{letter}")?;
             let mut line = String::new();
             told.read_line(&mut line)?;
             theirs.push(count as f64 / line.trim().parse::<f64>()?);
-            ours.push(count as f64 / driver(&target, letter, count)?);
+            ours.push(count as f64 / driver_batch(&target, letter, count)?);
         }
         let (driver, door) = (median(ours), median(theirs));
         figures.push(
@@ -144,7 +144,7 @@ fn beside(
 }
 
 /// Returns the duration of a batch through the driver, s.
-fn driver(target: &Target, letter: &str, count: usize) -> Result<f64, Box<dyn Error>> {
+fn driver_batch(target: &Target, letter: &str, count: usize) -> Result<f64, Box<dyn Error>> {
     let arm = Arm::connect(target)?;
     arm.set(&QueuedCmdStartExec {})?;
     let lot = |count: usize| -> Result<(), Box<dyn Error>> {
@@ -181,7 +181,7 @@ fn median(mut rates: Vec<f64>) -> f64 {
 }
 
 /// Serves a virtual arm behind a pseudo-terminal while `talk` runs.
-fn served<T>(
+fn with_served_arm<T>(
     line: LineTiming,
     talk: impl FnOnce(&str) -> Result<T, Box<dyn Error>>,
 ) -> Result<T, Box<dyn Error>> {
