@@ -15,12 +15,12 @@ except ImportError:
 
 # Timeout of a read, s. Some of pydobot's commands are never answered, because their checksum is
 # wrong.
-LONGEST = 5
+READ_TIMEOUT = 5
 
 
 def read_all(port):
     """Reads until there is a whole frame."""
-    data, end = b"", time.monotonic() + LONGEST
+    data, end = b"", time.monotonic() + READ_TIMEOUT
     while len(data) < 3 or len(data) < data[2] + 4:
         if time.monotonic() > end:
             break
