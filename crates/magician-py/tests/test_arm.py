@@ -13,7 +13,7 @@ from typing import Any
 
 import magician
 import pytest
-from magician import Arm, _told, commands, errors, words
+from magician import Arm, _conversion, commands, errors, words
 from magician.commands import IoFunction, Port, RailVersion, SensorVersion, Stepper
 
 FOUR = (10.0, 20.0, 30.0, 40.0)
@@ -475,13 +475,13 @@ def test_discovery() -> None:
 def test_errors_travel() -> None:
     import pickle
 
-    error = _told.error("alarm", "text", alarms=[0x11], command="SetPTPCmd")
+    error = _conversion.error("alarm", "text", alarms=[0x11], command="SetPTPCmd")
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is errors.AlarmError and again.alarms == error.alarms and str(again) == "text"
-    port = _told.error("port", "gone")
+    port = _conversion.error("port", "gone")
     assert str(pickle.loads(pickle.dumps(port))) == "gone"
-    assert type(_told.error("new", "text")) is magician.Error
-    away = _told.error("invalid-input", "text", code="not-homed", remedies=["home"], step=2)
+    assert type(_conversion.error("new", "text")) is magician.Error
+    away = _conversion.error("invalid-input", "text", code="not-homed", remedies=["home"], step=2)
     again = pickle.loads(pickle.dumps(away))
     assert (again.code, again.remedies, again.step) == ("not-homed", ("home",), 2)
 

@@ -31,7 +31,7 @@ START = (259.104, 0.0, -8.485, 0.0, 0.0, 45.0, 45.0, 0.0)
 @pytest.fixture(autouse=True)
 def switched_off() -> None:
     """No virtual arm is left on by the test before."""
-    _line._benches.clear()
+    _line._slots.clear()
 
 
 @pytest.fixture
@@ -329,7 +329,7 @@ def test_ports_of_a_program_can_be_sent_elsewhere(monkeypatch: pytest.MonkeyPatc
     assert _line.find("COM3") == "COM3"
     monkeypatch.setenv("MAGICIAN_PORT_COM3", "sim:2")
     assert _line.find("COM3") == "sim:2"
-    _line.send_elsewhere("udp:127.0.0.1")
+    _line.redirect_to("udp:127.0.0.1")
     try:
         assert _line.find("COM3") == _line.find(None) == "udp:127.0.0.1"
         listed = _serial.comports()
@@ -341,7 +341,7 @@ def test_ports_of_a_program_can_be_sent_elsewhere(monkeypatch: pytest.MonkeyPatc
         device, description, hwid = listed[0]
         assert (device, str(listed[0])) == ("udp:127.0.0.1", f"{device} - {description}") and "VID:PID" in hwid
     finally:
-        _line.send_elsewhere(None)
+        _line.redirect_to(None)
     assert _line.find("/dev/ttyUSB9") == "/dev/ttyUSB9"
 
 
@@ -493,7 +493,7 @@ def written(folder: Path, files: dict[str, str]) -> None:
 
 def overlooked(folder: Path, name: str) -> _program.Program:
     path = folder / name
-    return _program.look_over(path, path.read_text(), folder)
+    return _program.find_modules(path, path.read_text(), folder)
 
 
 def test_all_modules_of_a_program_are_looked_at(tmp_path: Path) -> None:
@@ -576,7 +576,7 @@ dType.SetQueuedCmdStopExec(api)
 dType.SetWAITCmd(api, 1, 1)
 dType.DisconnectDobot(api)
 dType.ConnectDobot(api, "COM3", 115200)
-print(_line._benches[0].cell.state()["waiting"])
+print(_line._slots[0].cell.state()["waiting"])
 """
     done = run(program, tmp_path, MAGICIAN_PORT="sim")
     assert (done.returncode, done.stdout) == (0, "waited\n1\n"), done.stderr
@@ -601,7 +601,7 @@ def press():
     os.kill(os.getpid(), signal.SIGINT)
 
 arm = pydobot.Dobot("COM3")
-cell = _line._benches[0].cell
+cell = _line._slots[0].cell
 atexit.register(look)
 arm.speed(5, 5)
 waiting = {waiting}

@@ -15,10 +15,10 @@ from magician.compat import _lab, _line, dobotedu, pydobotlab
 @pytest.fixture(autouse=True)
 def one_arm() -> Iterator[None]:
     """A virtual arm for whatever port is named."""
-    _line._benches.clear()
-    _line.send_elsewhere("sim")
+    _line._slots.clear()
+    _line.redirect_to("sim")
     yield
-    _line.send_elsewhere(None)
+    _line.redirect_to(None)
     for line in _line.opened():
         line.close()
 

@@ -16,10 +16,10 @@ from magician.compat.dobotapi.dobot_interfaces import MODE_PTP, Position
 
 @pytest.fixture(autouse=True)
 def one_arm() -> Iterator[None]:
-    _line._benches.clear()
-    _line.send_elsewhere("sim")
+    _line._slots.clear()
+    _line.redirect_to("sim")
     yield
-    _line.send_elsewhere(None)
+    _line.redirect_to(None)
     for line in _line.opened():
         line.close()
 

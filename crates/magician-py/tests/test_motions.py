@@ -87,7 +87,7 @@ def test_every_motion_has_a_handle(arm: Arm, move: Callable[[Arm], Any]) -> None
 def test_what_moves_the_arm_takes_wait_and_speed_or_says_why_not(interface: type) -> None:
     source = inspect.getsource(interface)
     bodies = re.findall(r"^    (?:async )?def ([a-z]\w+)\((.*?)(?=^    (?:async )?def |^    @|\Z)", source, re.M | re.S)
-    moves = {name for name, body in bodies if re.search(r"self\.(_go|_move|_turn|_arc|start|_told)\(", body)}
+    moves = {name for name, body in bodies if re.search(r"self\.(_go|_move|_turn|_arc|start|_feed_from)\(", body)}
     assert {"move_to", "pick", "pick_from_belt", "rail_by", "arc_to", "home", "run", "stream"} <= moves
     parameters = {name: inspect.signature(getattr(interface, name)).parameters for name in moves}
     assert {name for name in moves if "wait" not in parameters[name]} == set(WAITS)

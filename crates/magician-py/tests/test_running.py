@@ -14,7 +14,7 @@ from typing import Any
 import magician
 import pytest
 from magician import Plan, PlanProgress, VirtualArm, commands, words
-from magician._telling import Line
+from magician._progress import ProgressLine
 from magician.errors import InvalidInputError, UnreachableError
 
 HOUSE = Path(__file__).parents[2] / "magician-program" / "samples" / "house.svg"
@@ -230,13 +230,13 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
             return True
 
     clock = [0.0]
-    monkeypatch.setattr("magician._telling.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("magician._progress.time.monotonic", lambda: clock[0])
     for out, wanted in (
         (Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left"),
         (io.StringIO(), "step 1 of 4"),
     ):
         clock[0] = 0.0
-        line = Line(out)
+        line = ProgressLine(out)
         line(PlanProgress(0, 4, None))
         assert out.getvalue() == ""
         clock[0] = 3.1
@@ -264,10 +264,10 @@ def test_a_narrow_terminal_has_a_short_line(monkeypatch: pytest.MonkeyPatch) -> 
         return os.terminal_size((columns[0], 24))
 
     columns = [44]
-    monkeypatch.setattr("magician._telling.time.monotonic", iter(range(9)).__next__)
-    monkeypatch.setattr("magician._telling.os.get_terminal_size", size)
+    monkeypatch.setattr("magician._progress.time.monotonic", iter(range(9)).__next__)
+    monkeypatch.setattr("magician._progress.os.get_terminal_size", size)
     out = Terminal()
-    line = Line(out)
+    line = ProgressLine(out)
     for columns[0], wanted in (
         (44, "step 1 of 4, 25 %, 0:09 left"),
         (20, "step 1 of 4, 25 %, "),

@@ -32,7 +32,7 @@ from collections.abc import Mapping, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-from . import _children, _line, _modules, _program, _script
+from . import _line, _modules, _processes, _program, _script
 
 USAGE = 2
 FAMILIES = ("v1", "v2", "v3")
@@ -72,7 +72,7 @@ def _usage(message: str) -> int:
 
 def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
     # Like Python: the folder of the script, or the current one, replaces this module's.
-    path = _origin(arguments[0]) if module else Path(os.path.abspath(arguments[0]))
+    path = _find_file(arguments[0]) if module else Path(os.path.abspath(arguments[0]))
     folder = Path() if module else Path(arguments[0]).parent.resolve()
     sys.path[0] = os.getcwd() if module else str(folder)
     if path is None:
@@ -85,19 +85,19 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
         if not module:
             return _usage(f"{arguments[0]} cannot be read: {error.strerror}")
         code = b""
-    program = _program.look_over(path, _text(code), folder)
+    program = _program.find_modules(path, _text(code), folder)
     copies = {name: "\n".join(map(_program.text, files)) for name, files in program.copies.items()}
     pydobot = given.get("--pydobot") or _script.which_pydobot(*program.sources, copy=copies.get("pydobot", ""))
-    chosen = _children.Chosen(
+    chosen = _processes.Replacement(
         given.get("--port") or os.environ.get("MAGICIAN_PORT"),
         pydobot,
         given.get("--dobotdll") or _script.which_dobotdll(program.sources, folder, program.wrappers),
         program.packages,
-        own=[] if "--pydobot" in given else _modules.needed(copies, program.sources, pydobot),
+        own=[] if "--pydobot" in given else _modules.needed_copies(copies, program.sources, pydobot),
         wrappers=program.wrappers,
     )
-    _children.stand_in(chosen)
-    _children.hand_on(chosen, program.sources)
+    _processes.install_stand_ins(chosen)
+    _processes.install_in_children(chosen, program.sources)
     sys.argv[:] = arguments
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)
@@ -106,23 +106,23 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
             runpy.run_module(arguments[0], run_name="__main__", alter_sys=True)
         else:
             # The script must not inherit this file's `__future__` imports.
-            given_names = _modules.of_dobotlab() if _script.expects_magician(program.sources[0]) else {}
+            given_names = _modules.dobotlab_globals() if _script.expects_magician(program.sources[0]) else {}
             _execute(compile(code, str(path), "exec", dont_inherit=True), str(path), given_names)
     except SystemExit:
         raise
     except KeyboardInterrupt as interrupt:
         _stop_all("interrupted", interrupt)
         theirs = sys.excepthook
-        sys.excepthook = lambda kind, error, trace: theirs(kind, *_alone(error))
+        sys.excepthook = lambda kind, error, trace: theirs(kind, *_without_runner_frames(error))
         raise
     except BaseException as error:
         _stop_all("ended by an exception", error)
-        sys.excepthook(type(error), *_alone(error))
+        sys.excepthook(type(error), *_without_runner_frames(error))
         return 1
     return 0
 
 
-def _origin(name: str) -> Path | None:
+def _find_file(name: str) -> Path | None:
     """Finds the file of a module without running its packages; ``None`` if there is none."""
     paths: Sequence[str] = [os.getcwd(), *sys.path[1:]]
     parts = name.split(".")
@@ -165,7 +165,7 @@ def _destroy(names: dict[str, object]) -> None:
         del names[name]
 
 
-def _alone(error: BaseException) -> tuple[BaseException, types.TracebackType | None]:
+def _without_runner_frames(error: BaseException) -> tuple[BaseException, types.TracebackType | None]:
     """Removes the frames of this runner from an exception's traceback."""
     here = os.path.dirname(os.path.abspath(__file__))
     trace = error.__traceback__

@@ -19,7 +19,7 @@ def install(family: str) -> None:
         if isinstance(name, (str, os.PathLike)) and LIBRARY.fullmatch(re.split(r"[/\\\\]", os.fspath(name))[-1]):
             from . import dobotdll
 
-            return dobotdll.Door(dobotdll.family(family))
+            return dobotdll.LibraryApi(dobotdll.family(family))
         return object.__new__(kind)
 
     ctypes.CDLL.__new__ = new  # type: ignore[method-assign,assignment]

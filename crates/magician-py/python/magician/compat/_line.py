@@ -15,26 +15,26 @@ from .._native import wait, wait_done, wait_stopped
 from .._ports import ports
 from ..errors import ClosedError, Error, PortError
 
-__all__ = ["Line", "find", "opened", "send_elsewhere"]
+__all__ = ["Line", "find", "opened", "redirect_to"]
 
 T = TypeVar("T")
 
 GET, SET, QUEUED = 0, 1, 3
 START, STOP, FORCE_STOP, CLEAR = 240, 241, 242, 245
 
-_elsewhere: list[str] = []
+_redirection: list[str] = []
 _opened: weakref.WeakSet[Line] = weakref.WeakSet()
-_benches: list[_Bench] = []
+_slots: list[_VirtualArmSlot] = []
 
 
-def send_elsewhere(port: str | None) -> None:
+def redirect_to(port: str | None) -> None:
     """Redirects all later connections to this port, whatever port a program names. ``None`` ends that."""
-    _elsewhere[:] = [port] if port else []
+    _redirection[:] = [port] if port else []
 
 
-def elsewhere() -> str | None:
+def redirected_port() -> str | None:
     """Returns the port to which all connections are redirected, or ``None``."""
-    return _elsewhere[0] if _elsewhere else None
+    return _redirection[0] if _redirection else None
 
 
 def opened() -> list[Line]:
@@ -56,7 +56,7 @@ def find(port: str | None) -> str:
     ``MAGICIAN_PORT_COM3=sim`` redirects a program that names ``COM3``. Without a name the port is ``MAGICIAN_PORT``,
     otherwise the first port with an arm's adapter.
     """
-    if other := elsewhere():
+    if other := redirected_port():
         return other
     if not port:
         if other := os.environ.get("MAGICIAN_PORT"):
@@ -89,10 +89,10 @@ class Line:
         self.last = 0
         """The index of the command that this connection queued last, 0 before and after the queue was cleared."""
         self._stopped = False
-        self._bench = _bench(self.name)
-        self.instant = self._bench is not None and self._bench.speed == 0.0
+        self._slot = _slot(self.name)
+        self.instant = self._slot is not None and self._slot.speed == 0.0
         """Whether the arm is one that takes no time."""
-        self._core: Core = remembered(wait(_connecting(self.name, self._bench, timeout)))
+        self._core: Core = remembered(wait(_connecting(self.name, self._slot, timeout)))
         self._core.detach()
         self._leaving = threading.Lock()
         _opened.add(self)
@@ -162,12 +162,12 @@ class Line:
         with self._leaving:
             if not self.closed:
                 self.closed = True
-                if self._bench is not None:
-                    self._bench.lock.release()
+                if self._slot is not None:
+                    self._slot.lock.release()
                 wait(self._core.close())
 
 
-class _Bench:
+class _VirtualArmSlot:
     """Slot of a virtual arm, which keeps its state when a program disconnects and connects again."""
 
     def __init__(self, speed: float) -> None:
@@ -176,7 +176,7 @@ class _Bench:
         self.lock = threading.Lock()
 
 
-def _bench(port: str) -> _Bench | None:
+def _slot(port: str) -> _VirtualArmSlot | None:
     """Acquires the virtual arm at a port; ``None`` for other kinds of port."""
     kind, _, speed = port.lower().partition(":")
     if kind != "sim":
@@ -185,17 +185,17 @@ def _bench(port: str) -> _Bench | None:
         times = 0.0 if speed in ("", "max") else float(speed.removesuffix("x"))
     except ValueError:
         return None
-    for bench in _benches:
-        if bench.speed == times and bench.lock.acquire(blocking=False):
-            return bench
-    bench = _Bench(times)
-    bench.lock.acquire()
-    _benches.append(bench)
-    return bench
+    for slot in _slots:
+        if slot.speed == times and slot.lock.acquire(blocking=False):
+            return slot
+    slot = _VirtualArmSlot(times)
+    slot.lock.acquire()
+    _slots.append(slot)
+    return slot
 
 
-def _connecting(port: str, bench: _Bench | None, timeout: float) -> Call[Core]:
-    if bench is None:
+def _connecting(port: str, slot: _VirtualArmSlot | None, timeout: float) -> Call[Core]:
+    if slot is None:
         return Core.connect(port, timeout=timeout, window=1, probe=True, reconnect=True, echo=0.1)
     # A virtual arm answers at once; the rest is for a busy computer.
-    return bench.cell.connect(timeout=max(timeout, 10.0), window=1, probe=True, reconnect=True, echo=0.1)
+    return slot.cell.connect(timeout=max(timeout, 10.0), window=1, probe=True, reconnect=True, echo=0.1)

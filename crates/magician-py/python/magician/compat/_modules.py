@@ -14,11 +14,11 @@ from types import ModuleType
 from . import _library, _script, _serial
 from ._program import OTHER_WRAPPERS, WRAPPER, is_wrapper
 
-__all__ = ["DOORS", "PYDOBOTS", "install", "needed", "of_dobotlab"]
+__all__ = ["PYDOBOTS", "STAND_INS", "dobotlab_globals", "install", "needed_copies"]
 
 PYDOBOTS = ("pydobot", "pydobotplus", "pydobot2")
 # Imported module, and its stand-in.
-DOORS = {
+STAND_INS = {
     **{name: name for name in PYDOBOTS},
     # The example of pydobotplus imports its inner module by this name.
     "dobotplus": "pydobotplus",
@@ -33,12 +33,12 @@ DOORS = {
 }
 
 
-class _Names(MetaPathFinder):
+class _StandInFinder(MetaPathFinder):
     """Finds the stand-ins before installed packages, except for libraries whose own copy a program needs."""
 
     def __init__(self, pydobot: str, family: str, own: Collection[str], wrappers: Sequence[Path]) -> None:
         self.family, self.wrappers = family, wrappers
-        self.homes = {name: f"{__package__}.{home}" for name, home in DOORS.items() if name not in own}
+        self.homes = {name: f"{__package__}.{home}" for name, home in STAND_INS.items() if name not in own}
         if "pydobot" in self.homes:
             self.homes["pydobot"] = f"{__package__}.{pydobot}"
 
@@ -47,13 +47,13 @@ class _Names(MetaPathFinder):
     ) -> ModuleSpec | None:
         # In any package: programs carry copies of it.
         if is_wrapper(fullname.rpartition(".")[2]):
-            return ModuleSpec(fullname, _Family(self.family, self.wrappers))
+            return ModuleSpec(fullname, _FamilyLoader(self.family, self.wrappers))
         root, dot, rest = fullname.partition(".")
         home = self.homes.get(root)
-        return ModuleSpec(fullname, _Same(home + dot + rest)) if home else None
+        return ModuleSpec(fullname, _AliasLoader(home + dot + rest)) if home else None
 
 
-class _Missing(MetaPathFinder):
+class _FallbackFinder(MetaPathFinder):
     """Finds modules that nothing else finds: the packages of the vendor's wrapper for a program without a copy of it,
     and the wrapper under similar names. Each of the latter has its own connections, as it had its own library."""
 
@@ -64,11 +64,11 @@ class _Missing(MetaPathFinder):
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         if OTHER_WRAPPERS.fullmatch(fullname.rpartition(".")[2]):
-            return ModuleSpec(fullname, _Another(self.family), is_package=True)
+            return ModuleSpec(fullname, _InstanceLoader(self.family), is_package=True)
         return ModuleSpec(fullname, None, is_package=True) if fullname in self.names else None
 
 
-class _Same(Loader):
+class _AliasLoader(Loader):
     """Loads a module under another name; both names give the same module."""
 
     def __init__(self, name: str) -> None:
@@ -84,7 +84,7 @@ class _Same(Loader):
         module.__spec__ = self.spec
 
 
-class _Family(_Same):
+class _FamilyLoader(_AliasLoader):
     """Loads a family of ``DobotDllType``. Names that exist only in a program's modified copy come from that copy."""
 
     def __init__(self, name: str, wrappers: Sequence[Path]) -> None:
@@ -97,12 +97,12 @@ class _Family(_Same):
         module = dobotdll.family(self.name)
         # `from DobotDllType import DobotDllType` gives the same module.
         module.__dict__.setdefault(WRAPPER, module)
-        module.__dict__["__getattr__"] = _Copies(self.wrappers)
+        module.__dict__["__getattr__"] = _CopiedNames(self.wrappers)
         self.spec = module.__spec__
         return module
 
 
-class _Another(_Same):
+class _InstanceLoader(_AliasLoader):
     """Loads another instance of a family of ``DobotDllType``."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
@@ -114,7 +114,7 @@ class _Another(_Same):
         return module
 
 
-class _Copies:
+class _CopiedNames:
     """``__getattr__`` of a module, which searches a program's own copies of the vendor's wrapper."""
 
     def __init__(self, files: Sequence[Path]) -> None:
@@ -136,18 +136,18 @@ class _Copies:
         raise AttributeError(f"module '{WRAPPER}' has no attribute '{name}'")
 
 
-def of_dobotlab() -> dict[str, object]:
+def dobotlab_globals() -> dict[str, object]:
     """Returns the names that DobotLab injects into scripts."""
     from . import dobotedu
 
     return {name: getattr(dobotedu, name) for name in ("magician", "magicbox", "m_lite", "go", "dobot_edu")}
 
 
-def needed(copies: Mapping[str, str], sources: Collection[str], pydobot: str) -> list[str]:
+def needed_copies(copies: Mapping[str, str], sources: Collection[str], pydobot: str) -> list[str]:
     """Returns the libraries of which the program has a copy (text by name) and uses names that are missing here."""
     found: list[str] = []
     for name, copy in copies.items():
-        home = pydobot if name == "pydobot" else DOORS[name]
+        home = pydobot if name == "pydobot" else STAND_INS[name]
         modules = [importlib.import_module(f"{__package__}.{home}")]
         modules += [each for each in vars(modules[0]).values() if isinstance(each, ModuleType)]
         ours = {name for module in modules for name in vars(module)}
@@ -174,5 +174,5 @@ def install(
     """
     _serial.install()
     _library.install(family)
-    sys.meta_path.insert(0, _Names(pydobot, family, own, wrappers))
-    sys.meta_path.append(_Missing(packages, family))
+    sys.meta_path.insert(0, _StandInFinder(pydobot, family, own, wrappers))
+    sys.meta_path.append(_FallbackFinder(packages, family))

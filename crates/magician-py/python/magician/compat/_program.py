@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["OTHER_WRAPPERS", "WRAPPER", "Program", "is_wrapper", "look_over", "text"]
+__all__ = ["OTHER_WRAPPERS", "WRAPPER", "Program", "find_modules", "is_wrapper", "text"]
 
 WRAPPER = "DobotDllType"
 """Last part of every name of the vendor's wrapper, which programs keep in packages of their own."""
@@ -53,7 +53,7 @@ class _Import(NamedTuple):
     members: tuple[str, ...]
 
 
-def look_over(path: Path, source: str, folder: Path) -> Program:
+def find_modules(path: Path, source: str, folder: Path) -> Program:
     """Follows the imports of a program within its folder and the folders that it adds to ``sys.path``.
 
     :param path: File that is run.
@@ -69,7 +69,7 @@ def look_over(path: Path, source: str, folder: Path) -> Program:
             tree = ast.parse(source)
         except (SyntaxError, ValueError):
             continue
-        roots += [root for root in _added(tree, folder) if root not in roots]
+        roots += [root for root in _added_folders(tree, folder) if root not in roots]
         _note(path.parent / f"{WRAPPER}.py", program.wrappers)
         for found in _imports(tree):
             whole = found.name.split(".") if found.name else []
@@ -81,8 +81,8 @@ def look_over(path: Path, source: str, folder: Path) -> Program:
                 last = max((at for at, part in enumerate(parts) if OTHER_WRAPPERS.fullmatch(part)), default=0)
                 if not found.level:
                     program.packages.update(".".join(parts[:end]) for end in range(1, last + 1))
-                for base in _bases(found, path, roots):
-                    for file in _files(base, parts):
+                for base in _search_folders(found, path, roots):
+                    for file in _imported_files(base, parts):
                         if is_wrapper(file.stem):
                             _note(file, program.wrappers)
                         elif not found.level and parts[0] in LIBRARIES:
@@ -104,7 +104,7 @@ def _imports(tree: ast.AST) -> Iterator[_Import]:
             yield _Import(node.level, node.module or "", tuple(each.name for each in node.names))
 
 
-def _added(tree: ast.AST, folder: Path) -> Iterator[Path]:
+def _added_folders(tree: ast.AST, folder: Path) -> Iterator[Path]:
     """Returns the folders that a program adds to ``sys.path`` as literals."""
     for node in ast.walk(tree):
         if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.args):
@@ -121,7 +121,7 @@ def _added(tree: ast.AST, folder: Path) -> Iterator[Path]:
             yield Path(place.value)
 
 
-def _bases(found: _Import, path: Path, roots: list[Path]) -> list[Path]:
+def _search_folders(found: _Import, path: Path, roots: list[Path]) -> list[Path]:
     """Returns the folders in which the search for an import begins."""
     if not found.level:
         return roots
@@ -131,7 +131,7 @@ def _bases(found: _Import, path: Path, roots: list[Path]) -> list[Path]:
     return [base]
 
 
-def _files(base: Path, parts: list[str]) -> Iterator[Path]:
+def _imported_files(base: Path, parts: list[str]) -> Iterator[Path]:
     """Returns the files that an import of this name runs: those of its packages, and its own."""
     at = base
     candidates: list[Path] = []

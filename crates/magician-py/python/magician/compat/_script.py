@@ -25,7 +25,7 @@ LIBRARIES = ("pydobot", "pydobotplus", "pydobot2", "dobotplus")
 ARM = "Dobot"
 
 
-class Seen(NamedTuple):
+class UsedNames(NamedTuple):
     """Names used in a program."""
 
     imported: set[str]
@@ -33,9 +33,9 @@ class Seen(NamedTuple):
     of_arms: set[str]
 
 
-def names(*sources: str) -> Seen:
+def names(*sources: str) -> UsedNames:
     """Collects a program's imports from these libraries, its attributes, and those of variables that hold an arm."""
-    seen, arms = Seen(set(), set(), set()), {"super()"}
+    seen, arms = UsedNames(set(), set(), set()), {"super()"}
     trees = [tree for tree in map(_tree, sources) if tree is not None]
     for node in (node for tree in trees for node in ast.walk(tree)):
         if isinstance(node, ast.ImportFrom):

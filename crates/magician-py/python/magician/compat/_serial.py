@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from .._ports import SerialPort, ports
-from . import _opening
-from ._line import elsewhere
+from . import _serial_port
+from ._line import redirected_port
 
 __all__ = ["PortInfo", "comports", "grep", "install"]
 
@@ -97,7 +97,7 @@ _real: list[Any] = []
 
 def comports(include_links: bool = False) -> list[Any]:
     """Returns the serial ports of this computer. If all connections are redirected, that arm comes first."""
-    port = elsewhere()
+    port = redirected_port()
     found = list(_real[0](include_links)) if _real else [PortInfo(port) for port in ports()]
     if port and not port.startswith("/dev/"):
         # pyserial's own list uses glob(), and would find the arm through this one.
@@ -127,14 +127,14 @@ class _Glob:
 
     def __call__(self, pathname: Any, *rest: Any, **named: Any) -> list[Any]:
         found = list(self.real(pathname, *rest, **named))
-        port = elsewhere()
+        port = redirected_port()
         return _Ports([port, *found]) if port and re.match(r"/dev/(tty|cu|serial)|COM", str(pathname)) else found
 
 
 def install() -> None:
     """Replaces ``serial.tools.list_ports`` by the list here and, if all connections go to one arm, ``serial.Serial`` by
     that arm. The rest of pyserial, if it is installed, is unchanged."""
-    if elsewhere():
+    if redirected_port():
         glob.glob = _Glob(glob.glob)
     try:
         serial: Any = importlib.import_module("serial")
@@ -145,9 +145,9 @@ def install() -> None:
     if list_ports.__dict__["comports"] is not comports:
         _real[:] = [list_ports.__dict__["comports"]]
         list_ports.__dict__.update(comports=comports, grep=grep)
-    if elsewhere():
-        _opening.send_others_to(serial.Serial, serial.SerialException)
-        serial.Serial = _opening.Serial
+    if redirected_port():
+        _serial_port.set_fallback(serial.Serial, serial.SerialException)
+        serial.Serial = _serial_port.Serial
 
 
 def _stand_in() -> None:
@@ -158,14 +158,14 @@ def _stand_in() -> None:
     named: dict[str, object] = {
         each.__name__: each
         for each in (
-            _opening.PortNotOpenError,
-            _opening.Serial,
-            _opening.SerialException,
-            _opening.SerialTimeoutException,
+            _serial_port.PortNotOpenError,
+            _serial_port.Serial,
+            _serial_port.SerialException,
+            _serial_port.SerialTimeoutException,
         )
     }
     numbers = {"FIVEBITS": 5, "SIXBITS": 6, "SEVENBITS": 7, "EIGHTBITS": 8, "STOPBITS_ONE": 1, "STOPBITS_TWO": 2}
-    named["SerialBase"] = _opening.Serial
+    named["SerialBase"] = _serial_port.Serial
     letters = {"PARITY_NONE": "N", "PARITY_EVEN": "E", "PARITY_ODD": "O"}
     serial.__dict__.update(named, **numbers, **letters, tools=tools, serialutil=util)
     util.__dict__.update(named)

@@ -7,7 +7,7 @@ import time
 
 from ...errors import Error
 from .._line import GET, QUEUED, SET, Line
-from .._newer import MAX_QUEUE_LEN
+from .._pydobot2 import MAX_QUEUE_LEN
 from .conveyor_belt.belt import ConveyorBelt
 from .dobot_interfaces import GPIO, MODE_PTP, Joints, Pose, Position
 from .effectors.gripper import Gripper

@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from .._alarm import Alarm
-from .._newer import MODE_PTP
+from .._pydobot2 import MODE_PTP
 
 __all__ = ["GPIO", "MODE_PTP", "Alarm", "Joints", "Pose", "Position", "Position2D"]
 

@@ -10,9 +10,9 @@ import importlib
 import importlib.util
 from types import ModuleType
 
-from ._door import Door
+from ._api import LibraryApi
 
-__all__ = ["FAMILIES", "Door", "family"]
+__all__ = ["FAMILIES", "LibraryApi", "family"]
 
 FAMILIES = ("v1", "v2", "v3")
 
@@ -28,5 +28,5 @@ def family(name: str, *, again: bool = False) -> ModuleType:
     if again and (spec := module.__spec__) and spec.loader:
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-    module.__dict__["load"] = lambda: Door(module)
+    module.__dict__["load"] = lambda: LibraryApi(module)
     return module

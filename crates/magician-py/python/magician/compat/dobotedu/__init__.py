@@ -12,7 +12,7 @@ from typing import Any
 
 from ...errors import UnsupportedError
 from .. import _lab
-from .._line import Line, elsewhere
+from .._line import Line, redirected_port
 from .._serial import comports
 
 __all__ = [
@@ -29,14 +29,14 @@ __all__ = [
 ]
 
 _lines: dict[str | None, Line] = {}
-_opening = threading.Lock()
+_connect_lock = threading.Lock()
 # Parameters of calls in addition to those of the table.
 _COMMON = {"is_queued", "is_wait", "is_wait_for_finish", "iswait_forfinish", "time_out", "timeout", "port_name"}
 
 
 def _line(port: str | None) -> Line:
     """Returns the connection to a port; the first call opens it."""
-    with _opening:
+    with _connect_lock:
         line = _lines.get(port)
         if line is None or line.closed:
             line = _lines[port] = Line(port)
@@ -106,7 +106,7 @@ class MagicianApi:
 
     def connection(self, port: str | None) -> Line:
         """Returns the connection to a port, by default to the one named last."""
-        return _line(None if elsewhere() else port or self._port_name)
+        return _line(None if redirected_port() else port or self._port_name)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         for edu in (True, False):
@@ -124,7 +124,7 @@ class MagicianApi:
 
     def search_dobot(self) -> list[dict[str, str]]:
         """Returns the ports at which an arm may be, and to which of them this program is connected."""
-        first = comports()[:1] if elsewhere() else comports()
+        first = comports()[:1] if redirected_port() else comports()
         connected = {line.name for line in [*_lines.values()] if not line.closed}
         return [
             {
@@ -144,7 +144,7 @@ class MagicianApi:
         self, port_name: str | None = None, queue_stop: bool = True, queue_clear: bool = True, is_queued: bool = False
     ) -> bool:
         """Ends the connection."""
-        line = _lines.pop(None if elsewhere() else port_name or self._port_name, None)
+        line = _lines.pop(None if redirected_port() else port_name or self._port_name, None)
         if line is not None:
             line.close()
         return True

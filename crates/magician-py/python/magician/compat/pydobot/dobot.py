@@ -11,8 +11,8 @@ from enum import Enum
 from ...errors import Error, PortError
 from .._line import GET, QUEUED, SET
 from .._message import Message
-from .._newer import MODE_PTP, DobotException, Joints, Methods, Pose, Position
 from .._port import Port
+from .._pydobot2 import MODE_PTP, DobotException, Joints, Methods, Pose, Position
 from .enums import PTPMode
 from .enums.CommunicationProtocolIDs import CommunicationProtocolIDs
 from .enums.ControlValues import ControlValues

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .._alarm import Alarm
 from .._message import Message
-from .._newer import (
+from .._pydobot2 import (
     MAX_QUEUE_LEN,
     MM_PER_CIRCLE,
     MODE_PTP,
@@ -14,7 +14,7 @@ from .._newer import (
     Pose,
     Position,
 )
-from .._newer import Dobot as _Dobot
+from .._pydobot2 import Dobot as _Dobot
 
 __all__ = [
     "MAX_QUEUE_LEN",

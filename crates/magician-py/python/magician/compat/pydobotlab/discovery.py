@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..._ports import ports
-from .._line import elsewhere
+from .._line import redirected_port
 from .._serial import comports
 
 __all__ = [
@@ -58,7 +58,7 @@ def list_ports(*, only_known_adapters: bool = False) -> list[PortInfo]:
 
 def discover(*, only_known_adapters: bool = False, timeout: float | None = None) -> list[DiscoveredDobot]:
     """Returns the ports at which an arm is likely."""
-    if port := elsewhere():
+    if port := redirected_port():
         return [DiscoveredDobot(port, "", "by magician.compat")]
     return [
         DiscoveredDobot(each.path, each.serial_number or "", each.name or "") for each in ports() if each.likely_arm

@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from .._newer import MODE_PTP as PTPMode
+from .._pydobot2 import MODE_PTP as PTPMode
 
 __all__ = ["CommandID", "EndEffectorType", "IOFunction", "JOGCmd", "JogMode", "PTPMode"]
 

@@ -7,7 +7,7 @@ import math
 from .._alarm import Alarm
 from .._line import GET, QUEUED
 from .._message import Message
-from .._newer import (
+from .._pydobot2 import (
     MAX_QUEUE_LEN,
     MM_PER_CIRCLE,
     MODE_PTP,
@@ -17,7 +17,7 @@ from .._newer import (
     Pose,
     Position,
 )
-from .._newer import Dobot as _Dobot
+from .._pydobot2 import Dobot as _Dobot
 
 __all__ = [
     "MAX_QUEUE_LEN",

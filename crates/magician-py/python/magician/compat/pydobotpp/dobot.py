@@ -6,7 +6,7 @@ import struct
 
 from .._line import QUEUED, SET
 from .._message import Message
-from .._newer import MAX_QUEUE_LEN, MM_PER_CIRCLE, STEP_PER_CIRCLE, DobotException
+from .._pydobot2 import MAX_QUEUE_LEN, MM_PER_CIRCLE, STEP_PER_CIRCLE, DobotException
 from ..pydobotplus.dobotplus import Dobot as _Plus
 from .dobot_interface import Alarm, GPIOPort, Joints, Pose, Position, PTPMode
 

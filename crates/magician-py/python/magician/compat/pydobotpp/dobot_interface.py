@@ -3,8 +3,8 @@
 from enum import IntEnum
 
 from .._alarm import Alarm
-from .._newer import MODE_PTP as PTPMode
-from .._newer import Joints, Pose, Position
+from .._pydobot2 import MODE_PTP as PTPMode
+from .._pydobot2 import Joints, Pose, Position
 
 __all__ = ["Alarm", "GPIOPort", "Joints", "PTPMode", "Pose", "Position"]
 

@@ -6,7 +6,7 @@ import struct
 from typing import TYPE_CHECKING
 
 from ..._line import QUEUED
-from ..._newer import MM_PER_CIRCLE, STEP_PER_CIRCLE
+from ..._pydobot2 import MM_PER_CIRCLE, STEP_PER_CIRCLE
 from ..exceptions import DobotException
 
 if TYPE_CHECKING:

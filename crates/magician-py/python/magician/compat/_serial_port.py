@@ -11,10 +11,10 @@ import time
 from typing import Any
 
 from ..errors import ClosedError, Error, InvalidInputError, PortError
-from ._line import Line, elsewhere
+from ._line import Line, redirected_port
 from ._port import Port
 
-__all__ = ["PortNotOpenError", "Serial", "SerialException", "SerialTimeoutException", "send_others_to"]
+__all__ = ["PortNotOpenError", "Serial", "SerialException", "SerialTimeoutException", "set_fallback"]
 
 ARM_BAUD = 115200
 
@@ -32,16 +32,16 @@ class PortNotOpenError(SerialException):
 
 
 # pyserial's own port and exception, if it is installed.
-_theirs: list[Any] = []
+_fallback: list[Any] = []
 
 
-def send_others_to(port: Any, exception: Any) -> None:
+def set_fallback(port: Any, exception: Any) -> None:
     """Sets the class for ports at other baud rates than the arm's, and the exception for faults."""
-    _theirs[:] = [port, exception]
+    _fallback[:] = [port, exception]
 
 
 def _fault(error: Error) -> Exception:
-    kind: type[Exception] = _theirs[1] if _theirs else SerialException
+    kind: type[Exception] = _fallback[1] if _fallback else SerialException
     return kind(str(error))
 
 
@@ -54,8 +54,8 @@ class Serial:
 
     def __new__(cls, port: str | None = None, baudrate: int = 9600, *rest: Any, **named: Any) -> Any:
         """Returns pyserial's port for any other baud rate than the arm's."""
-        if _theirs and port is not None and baudrate != ARM_BAUD:
-            return _theirs[0](port, baudrate, *rest, **named)
+        if _fallback and port is not None and baudrate != ARM_BAUD:
+            return _fallback[0](port, baudrate, *rest, **named)
         return super().__new__(cls)
 
     def __init__(
@@ -96,7 +96,7 @@ class Serial:
         """Opens the gripper."""
         self.name = self.portstr = self.port
         self.is_open = True
-        if elsewhere() is None:
+        if redirected_port() is None:
             self._port()
 
     def _port(self) -> Port:

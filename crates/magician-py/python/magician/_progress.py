@@ -11,23 +11,23 @@ from typing import Any, Protocol, TextIO
 from ._reports import clock, report
 from .running import PlanProgress, RunResult, Watcher
 
-__all__ = ["Line", "Telling"]
+__all__ = ["ProgressLine", "ProgressReporter"]
 
-PATIENCE = 0.3
+FIRST_LINE_DELAY = 0.3
 """Delay before the first progress line, s; shorter runs print none."""
-USUAL = 80
+DEFAULT_COLUMNS = 80
 """Default terminal width, columns."""
-LINES = 3.0
+LINE_INTERVAL = 3.0
 """Interval of progress lines where a line cannot be overwritten, s."""
 
 
-class Telling:
+class ProgressReporter:
     """Reports the progress of a run."""
 
     def __init__(self, steps: int, watcher: Watcher) -> None:
         # None in a program without a console.
         out: TextIO | None = sys.stderr
-        self._line = Line(out) if watcher is True and out is not None else None
+        self._line = ProgressLine(out) if watcher is True and out is not None else None
         self._tell = watcher if callable(watcher) else self._line
         self._now = PlanProgress(0, steps, None)
 
@@ -66,7 +66,7 @@ class Telling:
             _note(error, f"at least {done} of {steps} steps are done; first_step={done + 1} goes on")
 
 
-class Shared(Protocol):
+class HasShare(Protocol):
     """Progress of an operation."""
 
     @property
@@ -75,7 +75,7 @@ class Shared(Protocol):
         ...
 
 
-class Line:
+class ProgressLine:
     """Progress line, overwritten on a terminal, or printed every few seconds elsewhere."""
 
     def __init__(self, out: TextIO) -> None:
@@ -85,9 +85,10 @@ class Line:
         # Width of the text on the line. Blanks erase it: a Windows console may ignore escape sequences.
         self._width = 0
 
-    def __call__(self, progress: Shared) -> None:
+    def __call__(self, progress: HasShare) -> None:
         now = time.monotonic()
-        if now - self._last < (PATIENCE if self._over and not self._width else 0 if self._over else LINES):
+        delay = (0 if self._width else FIRST_LINE_DELAY) if self._over else LINE_INTERVAL
+        if now - self._last < delay:
             return
         self._last = now
         if self._over:
@@ -103,8 +104,8 @@ class Line:
 
     def _columns(self) -> int:
         with contextlib.suppress(OSError, ValueError):
-            return os.get_terminal_size(self._out.fileno()).columns or USUAL
-        return USUAL
+            return os.get_terminal_size(self._out.fileno()).columns or DEFAULT_COLUMNS
+        return DEFAULT_COLUMNS
 
     def clear(self) -> None:
         if self._width:

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 from . import _line, _modules
 
-__all__ = ["Chosen", "hand_on", "stand_in"]
+__all__ = ["Replacement", "install_in_children", "install_stand_ins"]
 
 
-class Chosen(NamedTuple):
+class Replacement(NamedTuple):
     """Meaning of a program's imports, and the arm that it connects to."""
 
     port: str | None
@@ -26,13 +26,13 @@ class Chosen(NamedTuple):
     wrappers: Sequence[Path]
 
 
-def stand_in(chosen: Chosen) -> None:
+def install_stand_ins(chosen: Replacement) -> None:
     """Replaces the libraries by the stand-ins."""
-    _line.send_elsewhere(chosen.port)
+    _line.redirect_to(chosen.port)
     _modules.install(chosen.pydobot, chosen.dobotdll, chosen.packages, own=chosen.own, wrappers=chosen.wrappers)
 
 
-def hand_on(chosen: Chosen, sources: Collection[str]) -> None:
+def install_in_children(chosen: Replacement, sources: Collection[str]) -> None:
     """Makes processes that the program spawns install the stand-ins before they import it."""
     if not any("multiprocessing" in source or "ProcessPool" in source for source in sources):
         return
@@ -55,8 +55,8 @@ def hand_on(chosen: Chosen, sources: Collection[str]) -> None:
 class _Inherited:
     """Installs the stand-ins when it is unpickled."""
 
-    def __init__(self, chosen: Chosen) -> None:
+    def __init__(self, chosen: Replacement) -> None:
         self.chosen = chosen
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return stand_in, (self.chosen,)
+        return install_stand_ins, (self.chosen,)

@@ -24,9 +24,9 @@ from ...errors import (
     UnreachableError,
     UnsupportedError,
 )
-from .._line import GET, QUEUED, SET, Line, elsewhere
+from .._line import GET, QUEUED, SET, Line, redirected_port
 
-__all__ = ["Door", "Function"]
+__all__ = ["Function", "LibraryApi"]
 
 CURRENT_INDEX = "GetQueuedCmdCurrentIndex"
 NO_ERROR, BUFFER_FULL, TIMEOUT, INVALID, NO_DEVICE = range(5)
@@ -34,7 +34,7 @@ NOT_FOUND, OCCUPIED = 1, 2
 MAGICIAN = 2
 
 # Functions with another name in the table.
-OTHERWISE = {
+COMMAND_NAMES = {
     "SetAutoLevelingCmd": "AutoLeveling",
     "GetAutoLevelingResult": "AutoLeveling",
     "SetCPRHoldEnable": "CpRHeadHoldEnable",
@@ -68,7 +68,7 @@ _SINGLE: Any = ctypes.c_int.__mro__[1]
 ENUM = ctypes.c_int32
 
 
-class Door:
+class LibraryApi:
     """``api`` object of a ``DobotDllType`` module: holds its arms and executes its functions."""
 
     def __init__(self, module: ModuleType) -> None:
@@ -76,14 +76,14 @@ class Door:
         self._ids: int = module.__dict__["_IDS"]
         self._arms: dict[int, Line] = {}
         # Arms released by DisconnectDobot, each with the index of its last command.
-        self._let_go: dict[int, int] = {}
+        self._released: dict[int, int] = {}
         self._queued: dict[int, int] = {}
         self._lock = threading.Lock()
         self._timeout = 3.0
         self._allowed: list[str] = []
         self._last = threading.local()
-        self._noted: set[str] = set()
-        self._noted_late: set[tuple[str, int]] = set()
+        self._logged: set[str] = set()
+        self._logged_late: set[tuple[str, int]] = set()
         self._when = "DisconnectDobot"
 
     def dobot_call(self, name: str, arguments: Sequence[Any]) -> int:
@@ -100,8 +100,8 @@ class Door:
                 self._call_DisconnectDobot(self._id(arguments))
                 line = self._arm(arguments)
             if isinstance(line, int):
-                late = self._id(arguments) in self._let_go and (name == CURRENT_INDEX or not name.startswith("Get"))
-                return self._too_late(name, arguments) if late else line
+                late = self._id(arguments) in self._released and (name == CURRENT_INDEX or not name.startswith("Get"))
+                return self._call_after_end(name, arguments) if late else line
             types = self._prototypes[name][self._ids :]
             self._command(name, line, list(zip(types, arguments[self._ids :], strict=False)))
             if types and _is_index(types[-1]) and name.startswith("Set") and arguments[-1].value:
@@ -119,20 +119,20 @@ class Door:
     # Commands.
 
     def _command(self, name: str, line: Line, given: list[tuple[Any, Any]]) -> None:
-        id = command_id(OTHERWISE.get(name, name))
+        id = command_id(COMMAND_NAMES.get(name, name))
         if id is None:
-            self._neutral(name, given)
+            self._report_success(name, given)
         elif name.startswith("Get"):
             self._get(name, id, line, given)
         else:
             self._set(name, id, line, given)
 
-    def _neutral(self, name: str, given: list[tuple[Any, Any]]) -> None:
+    def _report_success(self, name: str, given: list[tuple[Any, Any]]) -> None:
         """Reports success for a function that this arm does not have."""
-        if name not in self._noted:
-            self._noted.add(name)
+        if name not in self._logged:
+            self._logged.add(name)
             print(f"magician: {name}: this arm does not support it; nothing was done", file=sys.stderr)
-        for place in _places(given):
+        for place in _output_arguments(given):
             ctypes.memset(ctypes.addressof(place), 0, ctypes.sizeof(place))
 
     def _get(self, name: str, id: int, line: Line, given: list[tuple[Any, Any]]) -> None:
@@ -144,7 +144,7 @@ class Door:
         elif name == "GetInfraredSensor":
             query, given = _bytes(*given[0]), given[1:]
         _, params = line.exchange(id, GET, query)
-        places = _places(given)
+        places = _output_arguments(given)
         if name == "GetAlarmsState":
             bits, length = places
             most = int(given[-1][1])
@@ -179,19 +179,19 @@ class Door:
         if ctrl == QUEUED and index is not None:
             index.value = int.from_bytes(params[:8], "little")
 
-    def _too_late(self, name: str, arguments: Sequence[Any]) -> int:
+    def _call_after_end(self, name: str, arguments: Sequence[Any]) -> int:
         """Handles a call after DisconnectDobot or after the end of the program, as by a destructor: it does nothing and
         succeeds, like a call that these interrupt. Queued commands count as done, so that loops which wait for them
         end. Other reads are refused as without a connection, because they have no value to return."""
         id = self._id(arguments)
-        if (name, id) not in self._noted_late:
-            self._noted_late.add((name, id))
+        if (name, id) not in self._logged_late:
+            self._logged_late.add((name, id))
             print(f"magician: {name} after {self._when}: nothing was done", file=sys.stderr)
-        for place in map(_given, self._prototypes[name][self._ids :], arguments[self._ids :]):
-            if _is_place(place):
+        for place in map(_unwrapped, self._prototypes[name][self._ids :], arguments[self._ids :]):
+            if _is_output(place):
                 ctypes.memset(ctypes.addressof(place), 0, ctypes.sizeof(place))
         if name == CURRENT_INDEX:
-            arguments[-1].value = self._let_go[id]
+            arguments[-1].value = self._released[id]
         return NO_ERROR
 
     # Arms.
@@ -224,12 +224,12 @@ class Door:
         with self._lock:
             id = next(id for id in range(len(self._arms) + 1) if id not in self._arms)
             self._arms[id] = line
-            self._let_go.pop(id, None)
+            self._released.pop(id, None)
             self._queued.pop(id, None)
         return id, line
 
     def _call_SearchDobot(self, found: Any, size: int) -> int:
-        port = elsewhere()
+        port = redirected_port()
         # Programs of courses search for this name before they connect.
         named = port if port is None or re.match(r"COM|/dev/", port) else "COM1"
         paths = [named] if named else [found.path for found in ports() if found.likely_arm]
@@ -270,7 +270,7 @@ class Door:
         with self._lock:
             line = self._arms.pop(id, None)
             if line is not None:
-                self._let_go[id] = self._queued.pop(id, 0)
+                self._released[id] = self._queued.pop(id, 0)
         if line is not None:
             line.close()
         return NO_ERROR
@@ -301,10 +301,10 @@ class Door:
 
     def _call_MagicianAllow(self, names: bytes) -> int:
         given = [name.strip() for name in names.decode("utf-8", "replace").split(",")]
-        if unknown := [name for name in given if name != "all" and command_id(OTHERWISE.get(name, name)) is None]:
+        if unknown := [name for name in given if name != "all" and command_id(COMMAND_NAMES.get(name, name)) is None]:
             self._last.message = f"unknown command {', '.join(unknown)}"
             return INVALID
-        self._allowed += [OTHERWISE.get(name, name) for name in given]
+        self._allowed += [COMMAND_NAMES.get(name, name) for name in given]
         return NO_ERROR
 
     def __getattr__(self, name: str) -> Function:
@@ -327,7 +327,7 @@ class Door:
         if 0 <= ids < self._ids and name != "ConnectDobot":
             # A program for an older library, with one arm and no ids.
             arguments = (*arguments[:ids], *[0] * (self._ids - ids), *arguments[ids:])
-        return self.dobot_call(name, [_given(*each) for each in zip(kinds, arguments, strict=False)])
+        return self.dobot_call(name, [_unwrapped(*each) for each in zip(kinds, arguments, strict=False)])
 
 
 class Function:
@@ -337,14 +337,14 @@ class Function:
     restype: Any = ctypes.c_int
     errcheck: Any = None
 
-    def __init__(self, door: Door, name: str) -> None:
-        self._door, self.__name__ = door, name
+    def __init__(self, door: LibraryApi, name: str) -> None:
+        self._api, self.__name__ = door, name
 
     def __call__(self, *arguments: Any) -> int:
-        return self._door.called(self.__name__, arguments)
+        return self._api.called(self.__name__, arguments)
 
 
-def _given(kind: Any, value: Any) -> Any:
+def _unwrapped(kind: Any, value: Any) -> Any:
     """Unwraps an argument for C: the object behind a reference, the number in a value."""
     if isinstance(value, _REFERENCE):
         return value._obj
@@ -383,17 +383,17 @@ def _bytes(kind: Any, value: Any) -> bytes:
         return bytes(value) + b"\0"
     if kind is ENUM:
         return bytes((int(value) & 0xFF,))
-    if kind is None or _is_place(value):
+    if kind is None or _is_output(value):
         return bytes(value)
     return bytes(kind(value))
 
 
-def _places(given: list[tuple[Any, Any]]) -> list[Any]:
+def _output_arguments(given: list[tuple[Any, Any]]) -> list[Any]:
     """Returns the arguments that receive a reply."""
-    return [value for _, value in given if _is_place(value)]
+    return [value for _, value in given if _is_output(value)]
 
 
-def _is_place(value: Any) -> bool:
+def _is_output(value: Any) -> bool:
     """True for a value of ctypes."""
     return isinstance(value, (_SINGLE, ctypes.Structure, ctypes.Union, ctypes.Array))
 

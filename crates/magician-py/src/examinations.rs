@@ -16,28 +16,28 @@ use crate::call::{Call, Reporter};
 use crate::{errors, runtime};
 
 /// Converts a finding to a Python object.
-type Piece<T> = fn(Python<'_>, &T) -> PyResult<Py<PyAny>>;
+type Converter<T> = fn(Python<'_>, &T) -> PyResult<Py<PyAny>>;
 
 /// Reports the findings of an examination. None is lost: a slow listener gets several in one
 /// report.
-pub(crate) struct Teller<T> {
+pub(crate) struct FindingReporter<T> {
     /// Findings that were not delivered yet.
     pending: Arc<Mutex<Vec<T>>>,
     reporter: Reporter,
-    made: Piece<T>,
+    convert: Converter<T>,
 }
 
 fn locked<T>(inner: &Mutex<T>) -> MutexGuard<'_, T> {
     inner.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl<T: Send + 'static> Teller<T> {
-    pub(crate) fn tell(&self, piece: T) {
-        locked(&self.pending).push(piece);
-        let (pending, made) = (Arc::clone(&self.pending), self.made);
+impl<T: Send + 'static> FindingReporter<T> {
+    pub(crate) fn report(&self, finding: T) {
+        locked(&self.pending).push(finding);
+        let (pending, convert) = (Arc::clone(&self.pending), self.convert);
         self.reporter.report(move |py| {
             let heard = take(&mut *locked(&pending));
-            let heard = heard.iter().map(|piece| made(py, piece));
+            let heard = heard.iter().map(|finding| convert(py, finding));
             let heard = PyList::new(py, heard.collect::<PyResult<Vec<_>>>()?)?;
             Ok(heard.into_any().unbind())
         });
@@ -48,22 +48,24 @@ impl<T: Send + 'static> Teller<T> {
 ///
 /// Dropping the first stops the examination. The second ends when the arm is restored and
 /// its port closed.
-pub(crate) fn calls<T, P, W, M>(
+pub(crate) fn start_examination<T, P, W, M>(
     py: Python<'_>,
     name: &str,
     work: W,
-    piece: Piece<P>,
-    made: M,
+    finding: Converter<P>,
+    convert: M,
 ) -> PyResult<(Call, Call)>
 where
     T: Send + 'static,
     P: Send + 'static,
-    W: FnOnce(&Runtime, Teller<P>, oneshot::Receiver<()>) -> Result<T, Error> + Send + 'static,
+    W: FnOnce(&Runtime, FindingReporter<P>, oneshot::Receiver<()>) -> Result<T, Error>
+        + Send
+        + 'static,
     M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
 {
     runtime::ready(py)?;
     let (stop, stopped) = oneshot::channel();
-    let (tell, told) = oneshot::channel();
+    let (outcome_sender, outcome_receiver) = oneshot::channel();
     let (leave, left) = oneshot::channel::<()>();
     let stop = Mutex::new(Some(stop));
     let stop = move || {
@@ -71,27 +73,27 @@ where
     };
     let mut started = Ok(());
     let task = |reporter| {
-        let teller = Teller {
+        let reporter = FindingReporter {
             pending: Arc::default(),
             reporter,
-            made: piece,
+            convert: finding,
         };
-        started = runtime::apart(name, move |runtime| {
-            let outcome = work(runtime, teller, stopped);
+        started = runtime::spawn_separately(name, move |runtime| {
+            let outcome = work(runtime, reporter, stopped);
             // The receivers may have been dropped with both calls.
-            let _ = tell.send(outcome);
+            let _ = outcome_sender.send(outcome);
             let _ = leave.send(());
         })
         .map(drop);
         async {
-            let ended = told.await.unwrap_or_else(|_| {
+            let ended = outcome_receiver.await.unwrap_or_else(|_| {
                 let message = "it ended without a result";
                 Err(Error::new(ErrorCode::Closed, message))
             });
             ended.map_err(Arc::new)
         }
     };
-    let call = Call::under_way(stop, task, made);
+    let call = Call::under_way(stop, task, convert);
     started.map_err(|error| errors::raise(py, &error))?;
     let end = Call::lasting(async {
         let _ = left.await;
