@@ -7,7 +7,7 @@ use crate::answers::{Then, Turn};
 use crate::error::{ErrorCode, LinkError};
 use crate::link::{Asked, Link, Write, WriteEnd};
 use crate::methods::{Access, Method, VirtualAnswer};
-use crate::params::{Given, Manner};
+use crate::params::{CallParams, Manner};
 use crate::rpc::Request;
 use crate::wire;
 
@@ -169,7 +169,7 @@ impl Link {
             }
             ("SetRCmd", _) => self.turn(asked, &name, params)?,
             (_, Some(method)) => {
-                let given = Given::of(method, params)?;
+                let given = CallParams::check(method, params)?;
                 asked.odd.clone_from(&given.odd);
                 if self.options.strict && !given.odd.is_empty() {
                     let names = given.odd.join("`, `");
@@ -228,7 +228,7 @@ impl Link {
         asked: &Asked,
         name: &str,
         method: &'static Method,
-        given: &Given,
+        given: &CallParams,
         manner: &Manner,
     ) {
         let command = method.command.as_deref().unwrap_or_default();
@@ -289,7 +289,7 @@ impl Link {
         asked: &Asked,
         name: &str,
         method: &'static Method,
-        given: &Given,
+        given: &CallParams,
         manner: &Manner,
     ) -> Result<(), LinkError> {
         let mut params = json!({"arm": name, "id": method.id, "params": wire::encode(given)?});
@@ -317,7 +317,7 @@ impl Link {
         asked: &Asked,
         name: &str,
         method: &'static Method,
-        given: &Given,
+        given: &CallParams,
     ) -> Result<(), LinkError> {
         let asked = asked.clone();
         let reads = method.access == Access::Read;
@@ -406,7 +406,7 @@ impl Link {
 }
 
 /// Returns axis and direction of a jog in the station's form (document 1.9.4, errata E25).
-fn axis_of(given: &Given, manner: &Manner) -> Result<String, LinkError> {
+fn axis_of(given: &CallParams, manner: &Manner) -> Result<String, LinkError> {
     if manner.queued {
         let why = "a jog in the queue only ends at a limit: leave out `isQueued`";
         return Err(LinkError::command(why));

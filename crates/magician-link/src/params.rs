@@ -22,18 +22,18 @@ const COMMON: [&str; 5] = [
 
 /// Checked parameters of a call, with their names in the table, and the names that it does not
 /// have.
-pub(crate) struct Given {
+pub(crate) struct CallParams {
     values: Vec<(&'static Param, Value)>,
     /// Names that the call does not have, or has under another name.
     pub(crate) odd: Vec<String>,
 }
 
-impl Given {
+impl CallParams {
     /// Checks the parameters of a call.
     ///
     /// # Errors
     /// A parameter is missing or has the wrong type.
-    pub(crate) fn of(
+    pub(crate) fn check(
         method: &'static Method,
         params: &Map<String, Value>,
     ) -> Result<Self, LinkError> {

@@ -4,14 +4,14 @@ use serde_json::{Map, Value, json};
 
 use crate::error::LinkError;
 use crate::methods::{Method, Wire};
-use crate::params::Given;
+use crate::params::CallParams;
 use crate::results::shape;
 
 /// Encodes the parameters of a frame as hexadecimal digits.
 ///
 /// # Errors
 /// A number that does not fit its type.
-pub(crate) fn encode(given: &Given) -> Result<String, LinkError> {
+pub(crate) fn encode(given: &CallParams) -> Result<String, LinkError> {
     let mut bytes = Vec::new();
     for (param, value) in given.in_order() {
         let beyond = || LinkError::params(format!("`{}` does not fit", param.name));

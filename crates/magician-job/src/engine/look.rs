@@ -35,7 +35,7 @@ const PERMITTED: usize = 65_536;
 const STANDING: Duration = Duration::from_secs(3);
 
 /// Result of the checks before anything moves.
-pub(super) struct Found {
+pub(super) struct Readiness {
     pub(super) rest: RemainingProgram,
     pub(super) report: Report,
     pub(super) timetable: Timetable,
@@ -152,7 +152,7 @@ impl Work {
         from: u64,
         within: Option<[f64; 3]>,
         tell: bool,
-    ) -> Result<Found, JobError> {
+    ) -> Result<Readiness, JobError> {
         let begun = Begun::now(&self.arm).await?;
         let rests_at = at_rest(&self.arm).await?;
         let (rest, report, timetable) = self.checked(from, within).await?;
@@ -177,7 +177,7 @@ impl Work {
             };
             self.shared.tell(JobEvent::Starts(starts));
         }
-        Ok(Found {
+        Ok(Readiness {
             pose: self.arm.get::<Pose>().await?,
             rest,
             report,

@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use magician::commands::{DeviceTime, Pose};
 use magician::message;
-use magician::{Arm, Error, ErrorCode, Ran, RunOptions, SettingsBackup};
+use magician::{Arm, Error, ErrorCode, RunOptions, RunSummary, SettingsBackup};
 use magician_program::Action;
 use tokio::time::Instant;
 
@@ -184,7 +184,7 @@ impl Work {
         let mut segment = Segment::of(found.rest, found.timetable, found.begun, self.spec.keep);
         segment.stops = stops;
         segment.rests_at = found.rests_at;
-        let mut all = Ran::default();
+        let mut all = RunSummary::default();
         loop {
             let (ran, end) = Box::pin(self.run(&segment, inbox)).await;
             add(&mut all, ran);
@@ -219,7 +219,7 @@ impl Work {
         inbox: &mut Inbox,
         begun: Begun,
         from: u64,
-        ran: Ran,
+        ran: RunSummary,
         report: magician_program::Report,
     ) -> Result<Done, JobError> {
         // The commands after the run get the run's patience: a slow arm must not fail here.
@@ -302,7 +302,7 @@ impl Work {
 }
 
 /// Adds the commands of a segment to those of the job.
-fn add(all: &mut Ran, ran: Ran) {
+fn add(all: &mut RunSummary, ran: RunSummary) {
     all.commands += ran.commands;
     all.first = all.first.or(ran.first);
     all.last = ran.last.or(all.last);

@@ -15,7 +15,7 @@ use magician_program::{PauseCause, RemainingProgram};
 use tokio::time::{Instant, sleep};
 
 use super::inbox::{Inbox, Next, Stopped};
-use super::look::{Found, at_rest};
+use super::look::{Readiness, at_rest};
 use super::segment::Segment;
 use super::{Begun, Work};
 use crate::error::{Fault, JobError, Left, PenLift, ResumeError, Stood};
@@ -51,8 +51,8 @@ impl Work {
     pub(super) async fn pause_ahead(
         &self,
         inbox: &mut Inbox,
-        found: Found,
-    ) -> Result<Found, JobError> {
+        found: Readiness,
+    ) -> Result<Readiness, JobError> {
         let place = async {
             Ok::<_, Error>(Place {
                 from: Some((found.rest.from(), found.rest.within())),
@@ -322,7 +322,11 @@ impl Work {
     }
 
     /// Checks if the job can resume now, and what to run then.
-    async fn look_again(&self, place: &Place, found: Option<Found>) -> Result<Found, ResumeError> {
+    async fn look_again(
+        &self,
+        place: &Place,
+        found: Option<Readiness>,
+    ) -> Result<Readiness, ResumeError> {
         let arm = &self.arm;
         let told = |error: Error| ResumeError::Arm(Arc::new(error));
         let alarms = arm.alarms().await.map_err(told)?;
@@ -361,7 +365,7 @@ impl Work {
         // The arm has not moved since the first check, whose result still holds.
         if let Some(found) = found.filter(|found| found.pose == pose) {
             let begun = Begun::now(arm).await.map_err(told)?;
-            return Ok(Found { begun, ..found });
+            return Ok(Readiness { begun, ..found });
         }
         let found = Box::pin(self.look(from, within, true)).await;
         let found = found.map_err(|error| match error.fault {

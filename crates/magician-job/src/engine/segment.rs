@@ -3,7 +3,7 @@
 use std::pin::pin;
 use std::time::Duration;
 
-use magician::{Error, ErrorKind, Progress, Ran, RunOptions};
+use magician::{Error, ErrorKind, Progress, RunOptions, RunSummary};
 use magician_program::{RemainingProgram, Timetable};
 use tokio::time::{Instant, timeout};
 
@@ -61,12 +61,12 @@ impl Segment {
 
 impl Work {
     /// Runs a segment until it ends; returns what it has run.
-    pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (Ran, End) {
+    pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (RunSummary, End) {
         let rest = &segment.rest;
         if rest.begins_with_pause() {
             let progress = self.progress(rest.from(), segment, Duration::ZERO);
             self.shared.reach(progress);
-            return (Ran::default(), End::AtPause);
+            return (RunSummary::default(), End::AtPause);
         }
         let pause = rest.pause().map(|(step, _)| step);
         let comes_to_end = || match pause {
@@ -75,8 +75,8 @@ impl Work {
         };
         match inbox.unless_stopped(self.begins_paced(segment)).await {
             Ok(Ok(())) => {}
-            Ok(Err(error)) => return (Ran::default(), End::Failed(error)),
-            Err(Stopped) => return (Ran::default(), End::Stopped),
+            Ok(Err(error)) => return (RunSummary::default(), End::Failed(error)),
+            Err(Stopped) => return (RunSummary::default(), End::Stopped),
         }
         self.shared
             .reach(self.progress(rest.from(), segment, Duration::ZERO));
@@ -85,7 +85,7 @@ impl Work {
             // Requested while the job was about to start or resume: nothing is sent before the
             // pause.
             self.shared.enter(JobState::Pausing);
-            return (Ran::default(), End::Paused);
+            return (RunSummary::default(), End::Paused);
         }
         let commands = Paced {
             work: self,

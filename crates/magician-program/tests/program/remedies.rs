@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use magician::{Act, Given, Setting};
+use magician::{Act, Setting, SettingValue};
 use magician_program::artwork::Sheet;
 use magician_program::formats::playback::Playback;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
@@ -189,7 +189,7 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
     let corners = [[0.0, 0.0], [400.0, 0.0], [400.0, 400.0], [0.0, 400.0]];
     let reach = Reach::new(Tool::Pen.bias(), PAPER, 20.0);
     let refused = reach.best_place(&corners, Fit::TrueSize).unwrap_err();
-    let Act::Give(Setting::Fit, Given::On) = refused.remedies[0].act else {
+    let Act::Give(Setting::Fit, SettingValue::On) = refused.remedies[0].act else {
         panic!("{refused:?}")
     };
     has(&said(&[refused]), &["rotate 90 may leave it larger"]);
@@ -365,7 +365,7 @@ fn advice_and_options_are_one_sentence_at_a_door() {
         fn action(&self, action: magician::Action) -> String {
             action.name().to_uppercase()
         }
-        fn give(&self, setting: Setting, given: &Given) -> String {
+        fn give(&self, setting: Setting, given: &SettingValue) -> String {
             format!("{}={given}", self.setting(setting))
         }
         fn setting(&self, setting: Setting) -> String {
@@ -377,7 +377,7 @@ fn advice_and_options_are_one_sentence_at_a_door() {
     let diagnostic = diagnostic
         .help("look it up")
         .remedy(magician::Action::Home, "homes it")
-        .remedy((Setting::Fit, Given::On), "shrinks it");
+        .remedy((Setting::Fit, SettingValue::On), "shrinks it");
     let advice = "look it up; HOME homes it; FIT=on shrinks it";
     assert_eq!(diagnostic.advice(&Loud).as_deref(), Some(advice));
 }

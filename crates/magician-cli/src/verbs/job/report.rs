@@ -1,7 +1,7 @@
 //! Results of a check, as text and as JSON.
 
 use magician::report::ErrorFigures;
-use magician::{ErrorKind, Given, Setting};
+use magician::{ErrorKind, Setting, SettingValue};
 use magician_job::report::{Bounds, Estimate, PowerRange, WayOut, clock, refused_places};
 use magician_program::{
     Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit, foreign_coordinates,
@@ -139,10 +139,10 @@ pub(super) fn failure(
     {
         *first = { first.clone() }
             .remedy(
-                (Setting::Place, Given::On),
+                (Setting::Place, SettingValue::On),
                 "lays it where the arm reaches, if it is small enough",
             )
-            .remedy((Setting::Fit, Given::On), "chooses its size as well");
+            .remedy((Setting::Fit, SettingValue::On), "chooses its size as well");
     }
     let shown = if made.verbose { problems.len() } else { 1 };
     let drawn = problems.iter().take(shown);

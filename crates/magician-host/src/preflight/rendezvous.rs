@@ -41,7 +41,7 @@ impl MovingTarget {
 
 /// Place and time of a rendezvous.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Meeting {
+pub struct Rendezvous {
     /// Time from now.
     pub after: Duration,
     /// Position of the target at that time: x, y, z, mm.
@@ -65,13 +65,13 @@ impl Preflight {
     ///
     /// let check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
     /// let cube = MovingTarget { position: [220.0, -150.0, 0.0], velocity: [0.0, 40.0, 0.0] };
-    /// let meeting = check.meet(&cube, Duration::ZERO, |[x, y, z]| {
+    /// let rendezvous = check.meet(&cube, Duration::ZERO, |[x, y, z]| {
     ///     let [x, y, z] = [x, y, z].map(|number| number as f32);
     ///     vec![build::move_to(x, y, z + 40.0, 0.0), build::line_to(x, y, z, 0.0)]
     /// })?;
-    /// let [_, y, _] = cube.after(meeting.after.as_secs_f64());
-    /// assert!((meeting.position[1] - y).abs() < 1e-6);
-    /// assert!(meeting.after >= meeting.takes);
+    /// let [_, y, _] = cube.after(rendezvous.after.as_secs_f64());
+    /// assert!((rendezvous.position[1] - y).abs() < 1e-6);
+    /// assert!(rendezvous.after >= rendezvous.takes);
     /// # Ok::<(), magician_host::Error>(())
     /// ```
     ///
@@ -83,7 +83,7 @@ impl Preflight {
         target: &MovingTarget,
         ready: Duration,
         way: impl Fn([f64; 3]) -> Vec<Set>,
-    ) -> Result<Meeting> {
+    ) -> Result<Rendezvous> {
         let numbers = target.position.iter().chain(&target.velocity);
         // Comparisons with NaN would let the search run to its end.
         if !numbers.into_iter().all(|number| number.is_finite()) {
@@ -101,7 +101,7 @@ impl Preflight {
                         let late = (ready + takes).as_secs_f64() - at;
                         if late <= 0.0 {
                             let after = Duration::from_secs_f64(at);
-                            return Ok(Meeting {
+                            return Ok(Rendezvous {
                                 after,
                                 position,
                                 takes,
@@ -182,7 +182,7 @@ mod tests {
         ]
     }
 
-    fn meet(position: [f64; 3], velocity: [f64; 3]) -> Result<Meeting> {
+    fn meet(position: [f64; 3], velocity: [f64; 3]) -> Result<Rendezvous> {
         let target = MovingTarget { position, velocity };
         check().meet(&target, Duration::from_millis(200), way)
     }
@@ -196,28 +196,28 @@ mod tests {
             [0.0, 5.0, 0.0],
         ] {
             let position = [200.0, -120.0, 0.0];
-            let meeting = meet(position, velocity).unwrap();
+            let rendezvous = meet(position, velocity).unwrap();
             let target = MovingTarget { position, velocity };
-            let after = meeting.after.as_secs_f64();
-            for (place, should) in meeting.position.iter().zip(target.after(after)) {
-                assert!((place - should).abs() < 1e-3, "{meeting:?}");
+            let after = rendezvous.after.as_secs_f64();
+            for (place, should) in rendezvous.position.iter().zip(target.after(after)) {
+                assert!((place - should).abs() < 1e-3, "{rendezvous:?}");
             }
             assert_eq!(
-                check().estimate(&way(meeting.position)).unwrap(),
-                meeting.takes
+                check().estimate(&way(rendezvous.position)).unwrap(),
+                rendezvous.takes
             );
-            let early = meeting.after.saturating_sub(meeting.takes);
+            let early = rendezvous.after.saturating_sub(rendezvous.takes);
             // In time for the arm to begin, and not much later.
-            assert!(early >= Duration::from_millis(200), "{meeting:?}");
-            assert!(early < Duration::from_millis(900), "{meeting:?}");
+            assert!(early >= Duration::from_millis(200), "{rendezvous:?}");
+            assert!(early < Duration::from_millis(900), "{rendezvous:?}");
         }
     }
 
     #[test]
     fn what_comes_into_reach_later_is_waited_for() {
-        let meeting = meet([220.0, -900.0, 0.0], [0.0, 20.0, 0.0]).unwrap();
-        assert!(meeting.after > Duration::from_secs(30), "{meeting:?}");
-        assert!(way_is_refused([220.0, meeting.position[1] - 1.0, 0.0]));
+        let rendezvous = meet([220.0, -900.0, 0.0], [0.0, 20.0, 0.0]).unwrap();
+        assert!(rendezvous.after > Duration::from_secs(30), "{rendezvous:?}");
+        assert!(way_is_refused([220.0, rendezvous.position[1] - 1.0, 0.0]));
     }
 
     fn way_is_refused(place: [f64; 3]) -> bool {
