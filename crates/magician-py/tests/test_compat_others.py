@@ -82,7 +82,7 @@ def test_dobotapi_sends_its_frames(frames: list[str]) -> None:
     assert frames == ["63/3 0101", "62/3 0100", "135/3 000100000000"] and not bot.connected()
 
 
-def test_dobotapi_says_what_is_missing() -> None:
+def test_dobotapi_reports_missing_connection_and_alarms() -> None:
     with pytest.raises(dobotapi.exceptions.DobotException, match="connect"):
         dobotapi.Dobot("COM3").get_pose()
     assert dobotapi.utils.get_coms_port()[0] == "sim"
