@@ -7,7 +7,7 @@ import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync
 import { networkInterfaces, tmpdir } from "node:os";
 import { delimiter, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
-import { waitForState, Station } from "./bench.mjs";
+import { Station, waitForState } from "./bench.mjs";
 
 /** Starts `magician studio --app` with a fake browser that only records its arguments. */
 async function started(program, ...words) {

@@ -4,7 +4,7 @@ import { spawn } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { createServer } from "node:net";
 import { join } from "node:path";
-import { waitForState, Station } from "./bench.mjs";
+import { Station, waitForState } from "./bench.mjs";
 import { findings } from "./looks.mjs";
 
 const SEATS = Array.from({ length: 30 }, (_, seat) => `seat${String(seat + 1).padStart(2, "0")}`);
@@ -65,7 +65,7 @@ export function classes(test, { browser, program, shots }) {
   const holder = async (arm) =>
     (await station.call("arm.list")).arms.find(({ name }) => name === arm).holder?.name ?? null;
   const until = async (what, is) => {
-    for (const ends = Date.now() + 15_000; !(await waitForState()); await new Promise((done) => setTimeout(done, 100)))
+    for (const ends = Date.now() + 15_000; !(await is()); await new Promise((done) => setTimeout(done, 100)))
       assert.ok(Date.now() < ends, what);
   };
 

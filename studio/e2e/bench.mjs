@@ -115,7 +115,10 @@ export class Browser {
   complaints = [];
 
   async start() {
-    this.browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: BROWSER_FLAGS });
+    this.browser = await chromium.launch({
+      executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+      args: BROWSER_FLAGS,
+    });
   }
 
   async page(url, options = {}) {

@@ -2,7 +2,7 @@
 // lines that the arm has drawn.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { waitForState, near } from "./bench.mjs";
+import { near, waitForState } from "./bench.mjs";
 
 const RECT =
   '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="15mm" viewBox="0 0 30 15"><path d="M0 0H30V15H0Z" fill="none" stroke="#b00020"/></svg>';

@@ -8,8 +8,8 @@ import { dirname, extname, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
-import { Browser, waitForState, Station } from "./bench.mjs";
-import { now, CuttableLink, RealArmStation } from "./line.mjs";
+import { Browser, Station, waitForState } from "./bench.mjs";
+import { CuttableLink, now, RealArmStation } from "./line.mjs";
 import { TYPES } from "./sim.mjs";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");

@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
-import { Browser, waitForState, Station } from "./bench.mjs";
+import { Browser, Station, waitForState } from "./bench.mjs";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const out = process.argv[2] ?? join(root, "docs/pictures/studio.gif");

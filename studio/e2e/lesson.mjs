@@ -2,7 +2,7 @@
 // tablet and a desktop.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { waitForState, Station } from "./bench.mjs";
+import { Station, waitForState } from "./bench.mjs";
 import { findings } from "./looks.mjs";
 
 const ARMS = Array.from({ length: 10 }, (_, nth) => `a${nth + 1}`);

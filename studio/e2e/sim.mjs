@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { extname, join } from "node:path";
-import { Browser, waitForState, near, Station } from "./bench.mjs";
+import { Browser, near, Station, waitForState } from "./bench.mjs";
 import { drawing } from "./draw.mjs";
 import { gallery } from "./gallery.mjs";
 

@@ -1,7 +1,7 @@
 // A running job is shown on every route to every user, and can be controlled there. A route opens
 // at its top, and Back restores the scroll position.
 import assert from "node:assert/strict";
-import { waitForState, near } from "./bench.mjs";
+import { near, waitForState } from "./bench.mjs";
 
 const SIZES = { phone: { width: 390, height: 844 }, tablet: { width: 1024, height: 768 } };
 const ROUTES = ["move", "teach", "run", "io", "plots", "world", "class", "arms", "settings"];

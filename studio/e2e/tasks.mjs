@@ -1,7 +1,7 @@
 // Whole tasks for users who do not see the page or have no mouse: only by role and name, and only
 // by keyboard.
 import assert from "node:assert/strict";
-import { waitForState, near } from "./bench.mjs";
+import { near, waitForState } from "./bench.mjs";
 
 const SQUARE =
   '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="30mm" viewBox="0 0 30 30"><path d="M0 0H30V30H0Z" fill="none" stroke="#000"/></svg>';

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { waitForState, near } from "./bench.mjs";
+import { near, waitForState } from "./bench.mjs";
 
 export function teaching(test, { browser, station, closePage, shots }) {
   const opened = async (options) => {

@@ -35,7 +35,7 @@ async function waitForStillPicture(page) {
 
 /** Waits until the picture meets a condition: on a busy machine a camera flight takes long. */
 async function shows(what, is) {
-  for (const ends = Date.now() + 15_000; !(await waitForState()); await new Promise((over) => setTimeout(over, 200)))
+  for (const ends = Date.now() + 15_000; !(await is()); await new Promise((over) => setTimeout(over, 200)))
     assert.ok(Date.now() < ends, what);
 }
 

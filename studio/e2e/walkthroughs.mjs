@@ -5,7 +5,7 @@ import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { waitForState, near, Station } from "./bench.mjs";
+import { near, Station, waitForState } from "./bench.mjs";
 
 /** Height of the arm's paper, mm, which the page does not know. */
 const PAPER = -52.5;

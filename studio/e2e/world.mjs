@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { waitForState, near } from "./bench.mjs";
+import { near, waitForState } from "./bench.mjs";
 
 /** Waits until the result of a call meets a condition. */
 async function until(station, method, params, what, is) {

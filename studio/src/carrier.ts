@@ -3,7 +3,7 @@
 // client for all stations.
 
 /** JSON-RPC message in either direction. */
-export interface Wire {
+export interface RpcMessage {
   jsonrpc?: "2.0";
   id?: number | null;
   method?: string;
@@ -18,12 +18,12 @@ export type ToWorker =
    * Opens a station: its address, or `SIM` with the virtual arm's speed, or `SERIAL` with the port.
    */
   | { kind: "open"; url: string }
-  | { kind: "send"; message: Wire }
+  | { kind: "send"; message: RpcMessage }
   /**
    * Starts a jog and keeps it alive until `release`. `every` and `most` are in ms by the worker's
    * clock.
    */
-  | { kind: "jog"; message: Wire; every: number; most: number }
+  | { kind: "jog"; message: RpcMessage; every: number; most: number }
   | { kind: "release" }
   /** Sign of life of the page's main thread: a jog must not continue if the page hangs. */
   | { kind: "alive" }
@@ -50,7 +50,7 @@ export const SERIAL = "serial:";
 /** Message from the worker to the page. */
 export type FromWorker =
   | { kind: "opened" }
-  | { kind: "heard"; message: Wire }
+  | { kind: "heard"; message: RpcMessage }
   | { kind: "closed"; code: number }
   | { kind: "traced"; file: Uint8Array<ArrayBuffer> }
   /**

@@ -1,6 +1,6 @@
 // Library of the virtual arm's station, stored in the browser (OPFS), because the module has it in
 // memory only.
-import type { Wire } from "./carrier";
+import type { RpcMessage } from "./carrier";
 
 const FOLDER = "programs";
 
@@ -15,19 +15,19 @@ type Change = { fetch: string } | { remove: string };
 /** A preset is a file beside the programs, under a name that no program can have. */
 const presetFile = (name: string) => `preset+${name}.toml`;
 
-export class Kept {
-  private readonly asks = new Map<string, Change>();
+export class StoredLibrary {
+  private readonly requests = new Map<string, Change>();
   private work: Promise<unknown> = Promise.resolve();
 
   private constructor(private readonly folder: Folder | null) {}
 
-  static async open(): Promise<Kept> {
+  static async open(): Promise<StoredLibrary> {
     try {
       const root = await navigator.storage.getDirectory();
-      return new Kept((await root.getDirectoryHandle(FOLDER, { create: true })) as Folder);
+      return new StoredLibrary((await root.getDirectoryHandle(FOLDER, { create: true })) as Folder);
     } catch {
       // Private windows offer no storage.
-      return new Kept(null);
+      return new StoredLibrary(null);
     }
   }
 
@@ -40,7 +40,7 @@ export class Kept {
   }
 
   /** Notes the request of a session if it changes the library. */
-  asked(session: number, { id, method, params }: Wire): void {
+  onRequest(session: number, { id, method, params }: RpcMessage): void {
     const { name = "", to = "" } = (params ?? {}) as Record<string, string>;
     const changes: Record<string, Change> = {
       "program.put": { fetch: name },
@@ -50,18 +50,18 @@ export class Kept {
       "preset.remove": { remove: presetFile(name) },
     };
     const change = changes[method ?? ""];
-    if (this.folder !== null && id != null && change !== undefined) this.asks.set(`${session} ${id}`, change);
+    if (this.folder !== null && id != null && change !== undefined) this.requests.set(`${session} ${id}`, change);
   }
 
   /** Handles the answer to such a request, and stores the content that `get` returns. */
-  answered(session: number, message: Wire, get: (name: string) => Uint8Array | null): void {
+  onAnswer(session: number, message: RpcMessage, get: (name: string) => Uint8Array | null): void {
     if (message.method !== undefined) return;
     const key = `${session} ${message.id}`;
-    const change = this.asks.get(key);
-    this.asks.delete(key);
+    const change = this.requests.get(key);
+    this.requests.delete(key);
     if (change === undefined || message.error) return;
     if ("remove" in change) {
-      this.does((folder) => folder.removeEntry(change.remove));
+      this.enqueue((folder) => folder.removeEntry(change.remove));
     } else {
       const made = get(change.fetch);
       if (made !== null) this.write(change.fetch, made);
@@ -69,7 +69,7 @@ export class Kept {
   }
 
   write(name: string, bytes: Uint8Array): void {
-    this.does(async (folder) => {
+    this.enqueue(async (folder) => {
       const handle = await folder.getFileHandle(name, { create: true });
       const access = await handle.createSyncAccessHandle();
       access.truncate(0);
@@ -83,7 +83,7 @@ export class Kept {
    * Runs storage operations one after the other. If the storage refuses one, the change lasts until
    * the page is closed.
    */
-  private does(work: (folder: Folder) => Promise<unknown>): void {
+  private enqueue(work: (folder: Folder) => Promise<unknown>): void {
     const { folder } = this;
     if (folder !== null) this.work = this.work.then(() => work(folder)).catch(() => {});
   }

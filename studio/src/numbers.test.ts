@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { numberOf, numbersOf } from "./numbers";
+import { parseNumber, parseNumbers } from "./numbers";
 
 test("a number may have a decimal point or comma", () => {
   for (const [text, value] of [
@@ -9,7 +9,7 @@ test("a number may have a decimal point or comma", () => {
     ["−5", -5],
     ["+.5", 0.5],
   ] as const)
-    expect(numberOf(text)).toBe(value);
+    expect(parseNumber(text)).toBe(value);
 });
 
 test("text with trailing characters is not a number", () => {
@@ -28,15 +28,15 @@ test("text with trailing characters is not a number", () => {
     "1e3",
     "9999999999",
   ])
-    expect(numberOf(text)).toBeNull();
+    expect(parseNumber(text)).toBeNull();
 });
 
 test("several numbers are separated by spaces, commas or semicolons", () => {
-  expect(numbersOf("2,2", 2)).toEqual([2, 2]);
-  expect(numbersOf("2, 2", 2)).toEqual([2, 2]);
-  expect(numbersOf("0,5 1,5", 2)).toEqual([0.5, 1.5]);
-  expect(numbersOf("0,5; 1,5", 2)).toEqual([0.5, 1.5]);
-  expect(numbersOf("200 -10 5.5", 3)).toEqual([200, -10, 5.5]);
-  expect(numbersOf("200, -10, 5.5", 3)).toEqual([200, -10, 5.5]);
-  for (const text of ["", "1", "1 2 3", "a b", "1 2mm"]) expect(numbersOf(text, 2)).toBeNull();
+  expect(parseNumbers("2,2", 2)).toEqual([2, 2]);
+  expect(parseNumbers("2, 2", 2)).toEqual([2, 2]);
+  expect(parseNumbers("0,5 1,5", 2)).toEqual([0.5, 1.5]);
+  expect(parseNumbers("0,5; 1,5", 2)).toEqual([0.5, 1.5]);
+  expect(parseNumbers("200 -10 5.5", 3)).toEqual([200, -10, 5.5]);
+  expect(parseNumbers("200, -10, 5.5", 3)).toEqual([200, -10, 5.5]);
+  for (const text of ["", "1", "1 2 3", "a b", "1 2mm"]) expect(parseNumbers(text, 2)).toBeNull();
 });

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { names, sentence } from "./i18n";
-import { noteOf, plainNoteOf } from "./run/words";
+import { noteText, plainNoteText } from "./run/words";
 import said from "./said/zh.json";
 import { language } from "./settings";
 
@@ -48,8 +48,8 @@ const leftOn = {
 
 test("a note beside buttons keeps its advice without the remedies of the buttons", () => {
   const advice = "set the point lower, or let it wait longer";
-  expect(plainNoteOf(leftOn)).toBe(`The suction cup is still on (${advice})`);
-  expect(noteOf(leftOn)).toBe(
+  expect(plainNoteText(leftOn)).toBe(`The suction cup is still on (${advice})`);
+  expect(noteText(leftOn)).toBe(
     `The suction cup is still on (${advice}; “${names.option("scale")}” set to “2”: switches it off)`,
   );
 });

@@ -1,15 +1,15 @@
 // Storage of the user's work in the browser, as JSON. A value is read back only if it has the expected
 // shape; a damaged value, or one of another version of the page, is moved aside under another name,
 // and the page starts empty.
-import { t, told } from "./i18n";
+import { t, translated } from "./i18n";
 import { log } from "./log";
-import { remember, remembered, type Storage } from "./settings";
+import { readValue, type Storage, writeValue } from "./settings";
 import * as store from "./store";
 
 /** Suffix of a value moved aside. A later damaged value replaces it. */
-const ASIDE = ".damaged";
+const DAMAGED_SUFFIX = ".damaged";
 
-const isIt = (takes: (value: unknown) => boolean, value: unknown): boolean => {
+const isAccepted = (takes: (value: unknown) => boolean, value: unknown): boolean => {
   try {
     return takes(value);
   } catch {
@@ -19,16 +19,16 @@ const isIt = (takes: (value: unknown) => boolean, value: unknown): boolean => {
 
 /** Moves a damaged value aside and reports it. */
 function setAside(of: Storage, name: string, text: string): void {
-  remember(of, name + ASIDE, text);
-  remember(of, name, null);
-  const said = t("kept.damaged", { name: told(`nav.${name}`, name) });
+  writeValue(of, name + DAMAGED_SUFFIX, text);
+  writeValue(of, name, null);
+  const said = t("kept.damaged", { name: translated(`nav.${name}`, name) });
   log(said);
-  store.say(said, true);
+  store.notify(said, true);
 }
 
 /** Returns the value stored under a name if `takes` accepts it, else null. */
-export function kept<T>(of: Storage, name: string, takes: (value: unknown) => boolean): T | null {
-  const text = remembered(of, name);
+export function readStored<T>(of: Storage, name: string, takes: (value: unknown) => boolean): T | null {
+  const text = readValue(of, name);
   if (text === null) return null;
   let value: unknown;
   try {
@@ -36,17 +36,17 @@ export function kept<T>(of: Storage, name: string, takes: (value: unknown) => bo
   } catch {
     value = undefined;
   }
-  if (isIt(takes, value)) return value as T;
+  if (isAccepted(takes, value)) return value as T;
   setAside(of, name, text);
   return null;
 }
 
-export const keep = (of: Storage, name: string, value: unknown): void =>
-  remember(of, name, value === null ? null : JSON.stringify(value));
+export const writeStored = (of: Storage, name: string, value: unknown): void =>
+  writeValue(of, name, value === null ? null : JSON.stringify(value));
 
 /** Returns the elements of a list that `takes` accepts. */
-export function only<T>(name: string, all: readonly unknown[], takes: (value: unknown) => boolean): T[] {
-  const good = all.filter((one) => isIt(takes, one));
+export function filterStored<T>(name: string, all: readonly unknown[], takes: (value: unknown) => boolean): T[] {
+  const good = all.filter((one) => isAccepted(takes, one));
   if (good.length < all.length) log(t("kept.damaged", { name }));
   return good as T[];
 }
@@ -65,20 +65,20 @@ export const isMapOf =
   (one: Shape): Shape =>
   (value) =>
     isMap(value) && Object.values(value as object).every(one);
-export const isOr =
+export const isEither =
   (...shapes: Shape[]): Shape =>
   (value) =>
     shapes.some((shape) => shape(value));
 export const isNull: Shape = (value) => value === null;
 export const isUnset: Shape = (value) => value === undefined;
 /** Accepts an object with at least these members. */
-export const has =
+export const isObjectOf =
   (members: Record<string, Shape>): Shape =>
   (value) =>
     isMap(value) && Object.entries(members).every(([name, shape]) => shape((value as Record<string, unknown>)[name]));
 
 /** Delay between a change and the write, ms: a drag changes the document with every move. */
-const RESTS = 250;
+const WRITE_DELAY = 250;
 
 /**
  * A document of the user, such as the rows of a program, that survives a reload and a closed browser.
@@ -86,8 +86,8 @@ const RESTS = 250;
  * `isEmpty` is true are not left.
  */
 export class Document<T> {
-  private due: ReturnType<typeof setTimeout> | undefined;
-  private now: T | null = null;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private unwritten: T | null = null;
 
   constructor(
     private readonly name: string,
@@ -96,30 +96,32 @@ export class Document<T> {
   ) {
     addEventListener("pagehide", () => {
       this.flush();
-      if (this.now === null) return;
+      if (this.unwritten === null) return;
       // Later values of other tabs are not what the user of this tab saw last.
-      keep("sessionStorage", this.name, this.now);
-      if (!this.isEmpty(this.now)) keep("localStorage", this.name, this.now);
+      writeStored("sessionStorage", this.name, this.unwritten);
+      if (!this.isEmpty(this.unwritten)) writeStored("localStorage", this.name, this.unwritten);
     });
   }
 
   read(): T | null {
-    return kept<T>("sessionStorage", this.name, this.takes) ?? kept<T>("localStorage", this.name, this.takes);
+    return (
+      readStored<T>("sessionStorage", this.name, this.takes) ?? readStored<T>("localStorage", this.name, this.takes)
+    );
   }
 
   write(value: T): void {
-    const isFirst = this.now === null;
-    this.now = value;
+    const isFirst = this.unwritten === null;
+    this.unwritten = value;
     // A value just read need not be written.
     if (isFirst) return;
-    clearTimeout(this.due);
-    this.due = setTimeout(() => this.flush(), RESTS);
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.flush(), WRITE_DELAY);
   }
 
   private flush(): void {
-    if (this.due === undefined) return;
-    clearTimeout(this.due);
-    this.due = undefined;
-    for (const of of ["localStorage", "sessionStorage"] as const) keep(of, this.name, this.now);
+    if (this.timer === undefined) return;
+    clearTimeout(this.timer);
+    this.timer = undefined;
+    for (const of of ["localStorage", "sessionStorage"] as const) writeStored(of, this.name, this.unwritten);
   }
 }

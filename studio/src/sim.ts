@@ -1,51 +1,51 @@
 // Station in the worker: arm.wasm with a virtual arm or with a line to a real one, driven by the
 // worker's clock.
 import { load, type Station } from "../../crates/magician-wasm/node/shim.mjs";
-import { PORT_SILENT, type Wire } from "./carrier";
+import { PORT_SILENT, type RpcMessage } from "./carrier";
 import { FilesWorker } from "./files";
-import { Kept } from "./kept";
+import { StoredLibrary } from "./kept";
 import type { SerialLine } from "./serial";
 
 /** Client of a session: receives its messages, and its end with a WebSocket close code. */
-export interface Hearer {
-  heard(message: Wire): void;
-  closed(code: number): void;
+export interface SessionClient {
+  onMessage(message: RpcMessage): void;
+  onClosed(code: number): void;
 }
 
 /** Largest session number: the module's are two bytes long. */
-const SESSIONS = 65535;
+const MAX_SESSION = 65535;
 /** Session of the worker itself, unknown to the page. Prepares the arm and fills the library. */
-const OWN = 1;
+const OWN_SESSION = 1;
 /** Id of the request that homes an arm after a scenario is loaded. Pages use no negative ids. */
-const HOMED = -1;
+const HOMING_REQUEST = -1;
 /** Time for a virtual arm to be ready, homing included, ms on its clock. */
-const READY = 120_000;
+const READY_TIMEOUT = 120_000;
 /** Time for a real arm to answer, ms. The driver's own timeout is three seconds. */
-const ANSWERS = 15_000;
+const ANSWER_TIMEOUT = 15_000;
 /**
  * Delay of a turn from which on the browser or the computer must have slept, ms. A choice: a busy
  * worker is late by less.
  */
-const SLEPT = 500;
+const SLEEP_THRESHOLD = 500;
 /** Time for an arm to answer the stop when its page closes, ms. */
-const LEAVES = 250;
+const STOP_TIMEOUT = 250;
 
 /** Unix time at zero of the worker's clock, s. */
 const unixZero = () => (Date.now() - performance.now()) / 1000;
 
 export class WorkerStation {
-  private readonly hearers = new Map<number, Hearer>();
-  private last = OWN;
+  private readonly clients = new Map<number, SessionClient>();
+  private lastSession = OWN_SESSION;
   private timer: ReturnType<typeof setTimeout> | undefined;
-  private answers: Wire[] = [];
-  private ids = 0;
+  private answers: RpcMessage[] = [];
+  private lastId = 0;
   private readonly files: FilesWorker;
 
-  private traced: ((file: Uint8Array) => void) | null = null;
+  private onTrace: ((file: Uint8Array) => void) | null = null;
   /** True after the page took control: the arm's motion is then the page's. */
   private hasControlled = false;
   /** Session and id of the request that loads a scenario. */
-  private loads: { session: number; id: Wire["id"] } | null = null;
+  private loadRequest: { session: number; id: RpcMessage["id"] } | null = null;
 
   /** Time of the next turn, by the worker's clock; null if no turn is due. */
   private due: number | null = null;
@@ -58,8 +58,8 @@ export class WorkerStation {
      * Called with the time of a jump, Unix s by the virtual arm's clock, and its lead since then,
      * s.
      */
-    private readonly jumped: (from: number, ahead: number) => void,
-    private readonly kept: Kept,
+    private readonly onJump: (from: number, ahead: number) => void,
+    private readonly kept: StoredLibrary,
     private readonly line: SerialLine | null,
     readers: URL,
   ) {
@@ -70,7 +70,7 @@ export class WorkerStation {
         // The module has no memory for the answer.
         this.station.fileIn(id, new Uint8Array());
       }
-      this.turns();
+      this.scheduleTurn();
     });
   }
 
@@ -78,33 +78,33 @@ export class WorkerStation {
    * Loads the module and homes its virtual arm. The arm's clock is advanced, so that homing costs
    * the user no time.
    */
-  static async simulated(module: URL, speed: number, jumped: WorkerStation["jumped"]): Promise<WorkerStation> {
-    const first = await fetched(new URL("first.json", module));
+  static async simulated(module: URL, speed: number, jumped: WorkerStation["onJump"]): Promise<WorkerStation> {
+    const first = await fetchOk(new URL("first.json", module));
     const { scenario } = (await first.json()) as { scenario: string };
     const made = await WorkerStation.load(module, { name: "arm", sim: { speed, scenario } }, null, jumped);
-    await made.ready();
-    await made.readies();
+    await made.waitUntilReady();
+    await made.prepareArm();
     return made.opened();
   }
 
   /**
    * Opens a station at a serial line. Unlike for a virtual arm, the preparation only reads. Throws
-   * the code of `closed`.
+   * the code of `onClosed`.
    */
   static async atLine(module: URL, line: SerialLine): Promise<WorkerStation> {
     const made = await WorkerStation.load(module, { name: "arm", line: true }, line);
-    line.begin({
-      heard: (bytes) => {
+    line.start({
+      receive: (bytes) => {
         made.station.lineIn(bytes);
-        made.turns();
+        made.scheduleTurn();
       },
-      is: (there) => {
+      setPresent: (there) => {
         made.station.lineIs(there);
-        made.turns();
+        made.scheduleTurn();
       },
     });
     try {
-      await made.ready();
+      await made.waitUntilReady();
       await made.call("session.hello", { client: { name: "page" } });
     } catch (error) {
       clearTimeout(made.timer);
@@ -118,9 +118,9 @@ export class WorkerStation {
     module: URL,
     arm: object,
     line: SerialLine | null,
-    jumped: WorkerStation["jumped"] = () => {},
+    jumped: WorkerStation["onJump"] = () => {},
   ): Promise<WorkerStation> {
-    const [code, kept] = await Promise.all([fetched(module), Kept.open()]);
+    const [code, kept] = await Promise.all([fetchOk(module), StoredLibrary.open()]);
     const clock = { ahead: 0 };
     const { open } = await load(await code.arrayBuffer(), () => performance.now() + clock.ahead);
     const epoch = crypto.randomUUID().slice(0, 8);
@@ -133,27 +133,27 @@ export class WorkerStation {
       line,
       new URL("files.wasm", module),
     );
-    made.hearers.set(OWN, { heard: (message) => made.answers.push(message), closed: () => {} });
+    made.clients.set(OWN_SESSION, { onMessage: (message) => made.answers.push(message), onClosed: () => {} });
     return made;
   }
 
   private async opened(): Promise<WorkerStation> {
-    await this.fills();
-    this.turns();
+    await this.fillLibrary();
+    this.scheduleTurn();
     return this;
   }
 
   /** Trace file of the recent traffic between driver and arm. */
   trace(): Promise<Uint8Array> {
     return new Promise((done) => {
-      this.traced = done;
+      this.onTrace = done;
       this.station.rpc(0, "trace");
-      this.turns();
+      this.scheduleTurn();
     });
   }
 
   choosePort(chosen: string): Promise<void> {
-    return this.line?.again(chosen) ?? Promise.resolve();
+    return this.line?.reopen(chosen) ?? Promise.resolve();
   }
 
   /**
@@ -163,7 +163,7 @@ export class WorkerStation {
   async leave(): Promise<void> {
     if (this.line === null) return;
     this.halt();
-    await this.until(() => this.answers.find((message) => message.id === this.ids), LEAVES).catch(() => {});
+    await this.until(() => this.answers.find((message) => message.id === this.lastId), STOP_TIMEOUT).catch(() => {});
     clearTimeout(this.timer);
     await this.line.close();
   }
@@ -171,31 +171,31 @@ export class WorkerStation {
   private halt(): void {
     if (!this.hasControlled) return;
     this.answers = [];
-    this.hearers.set(OWN, { heard: (message) => this.answers.push(message), closed: () => {} });
-    this.own({ method: "arm.stop", params: {} });
-    this.turns();
+    this.clients.set(OWN_SESSION, { onMessage: (message) => this.answers.push(message), onClosed: () => {} });
+    this.onOwnMessage({ method: "arm.stop", params: {} });
+    this.scheduleTurn();
   }
 
   /** Opens a session. Messages to it go through `send`. */
-  connect(hearer: Hearer): number {
-    do this.last = (this.last % SESSIONS) + 1;
-    while (this.hearers.has(this.last));
-    this.hearers.set(this.last, hearer);
-    return this.last;
+  connect(hearer: SessionClient): number {
+    do this.lastSession = (this.lastSession % MAX_SESSION) + 1;
+    while (this.clients.has(this.lastSession));
+    this.clients.set(this.lastSession, hearer);
+    return this.lastSession;
   }
 
-  send(session: number, message: Wire): void {
+  send(session: number, message: RpcMessage): void {
     if (message.method?.startsWith("lease.")) this.hasControlled = true;
-    this.kept.asked(session, message);
-    if (message.method === "world.scenario" && this.line === null) this.loads = { session, id: message.id };
+    this.kept.onRequest(session, message);
+    if (message.method === "world.scenario" && this.line === null) this.loadRequest = { session, id: message.id };
     this.station.rpc(session, JSON.stringify(message));
-    this.turns();
+    this.scheduleTurn();
   }
 
   end(session: number): void {
-    if (!this.hearers.delete(session)) return;
+    if (!this.clients.delete(session)) return;
     this.station.rpc(session, "");
-    this.turns();
+    this.scheduleTurn();
   }
 
   /** Writes a program to the library, or reads it without `bytes`. */
@@ -206,60 +206,60 @@ export class WorkerStation {
       return found.buffer as ArrayBuffer;
     }
     const whole = new Uint8Array(bytes);
-    this.keeps(name, whole);
+    this.storeFile(name, whole);
     this.kept.write(name, whole);
     return new ArrayBuffer(0);
   }
 
-  private keeps(name: string, bytes: Uint8Array): void {
+  private storeFile(name: string, bytes: Uint8Array): void {
     const why = this.station.programIn(name, bytes);
     if (why !== null) throw new Error(new TextDecoder().decode(why));
   }
 
-  private turns(): void {
+  private scheduleTurn(): void {
     clearTimeout(this.timer);
-    this.wakes();
+    this.skipSleep();
     const next = this.turn();
     this.due = next < 0 ? null : Math.max(next - this.clock.ahead, performance.now());
-    if (this.due !== null) this.timer = setTimeout(() => this.turns(), this.due - performance.now());
+    if (this.due !== null) this.timer = setTimeout(() => this.scheduleTurn(), this.due - performance.now());
   }
 
   /**
    * After a sleep of the worker the virtual arm's clock continues where it stopped: missed time is
    * not caught up, so a jog that was held does not run on.
    */
-  private wakes(): void {
+  private skipSleep(): void {
     const late = this.due === null ? 0 : performance.now() - this.due;
-    if (this.line !== null || late < SLEPT) return;
+    if (this.line !== null || late < SLEEP_THRESHOLD) return;
     this.clock.ahead -= late;
-    this.tellsAhead();
+    this.reportAhead();
   }
 
-  private tellsAhead(): void {
+  private reportAhead(): void {
     const { ahead } = this.clock;
-    this.jumped(unixZero() + (performance.now() + ahead) / 1000, ahead / 1000);
+    this.onJump(unixZero() + (performance.now() + ahead) / 1000, ahead / 1000);
   }
 
   private turn(): number {
     const next = this.station.turn();
     for (let out = this.station.out(); out !== null; out = this.station.out()) {
-      const hearer = this.hearers.get(out.session);
+      const hearer = this.clients.get(out.session);
       if (out.kind === "text") {
-        const message = JSON.parse(out.payload) as Wire;
-        this.kept.answered(out.session, message, (name) => this.station.programOut(name));
-        if (out.session === 0 || message.id === HOMED) this.answers.push(message);
-        else hearer?.heard(message);
+        const message = JSON.parse(out.payload) as RpcMessage;
+        this.kept.onAnswer(out.session, message, (name) => this.station.programOut(name));
+        if (out.session === 0 || message.id === HOMING_REQUEST) this.answers.push(message);
+        else hearer?.onMessage(message);
         this.loaded(out.session, message);
       } else if (out.kind === "file") {
         this.files.read(out.payload);
       } else if (out.kind === "close") {
-        this.hearers.delete(out.session);
+        this.clients.delete(out.session);
         const [low = 0, high = 0] = out.payload;
-        hearer?.closed(low | (high << 8));
+        hearer?.onClosed(low | (high << 8));
       } else if (out.kind === "line") {
-        this.line?.say(out.payload);
+        this.line?.write(out.payload);
       } else if (out.kind === "trace") {
-        this.traced?.(out.payload);
+        this.onTrace?.(out.payload);
       }
     }
     return next;
@@ -269,7 +269,10 @@ export class WorkerStation {
    * Waits for a value. The clock of a virtual arm is advanced meanwhile; that of a real arm cannot
    * be.
    */
-  private async until<T>(found: () => T | undefined, within = this.line === null ? READY : ANSWERS): Promise<T> {
+  private async until<T>(
+    found: () => T | undefined,
+    within = this.line === null ? READY_TIMEOUT : ANSWER_TIMEOUT,
+  ): Promise<T> {
     const now = () => performance.now() + this.clock.ahead;
     const before = this.clock.ahead;
     try {
@@ -283,39 +286,39 @@ export class WorkerStation {
       }
       throw new Error("the arm does not become ready");
     } finally {
-      if (this.clock.ahead !== before) this.tellsAhead();
+      if (this.clock.ahead !== before) this.reportAhead();
     }
   }
 
   /** Homes the arm after a scenario is loaded, as at the start, in the session that loaded it. */
-  private loaded(session: number, { id, error }: Wire): void {
-    if (this.loads === null || session !== this.loads.session || id !== this.loads.id) return;
-    this.loads = null;
+  private loaded(session: number, { id, error }: RpcMessage): void {
+    if (this.loadRequest === null || session !== this.loadRequest.session || id !== this.loadRequest.id) return;
+    this.loadRequest = null;
     if (error) return;
     this.answers = [];
-    this.station.rpc(session, JSON.stringify({ jsonrpc: "2.0", id: HOMED, method: "arm.home" }));
+    this.station.rpc(session, JSON.stringify({ jsonrpc: "2.0", id: HOMING_REQUEST, method: "arm.home" }));
     // After the module's current call.
     queueMicrotask(
       () =>
-        void this.until(() => this.answers.find((message) => message.id === HOMED))
+        void this.until(() => this.answers.find((message) => message.id === HOMING_REQUEST))
           .catch(() => {})
-          .finally(() => this.turns()),
+          .finally(() => this.scheduleTurn()),
     );
   }
 
-  private own(message: Wire): void {
-    this.station.rpc(OWN, JSON.stringify({ jsonrpc: "2.0", id: ++this.ids, ...message }));
+  private onOwnMessage(message: RpcMessage): void {
+    this.station.rpc(OWN_SESSION, JSON.stringify({ jsonrpc: "2.0", id: ++this.lastId, ...message }));
   }
 
   private async call(method: string, params: Record<string, unknown> = {}): Promise<Record<string, unknown>> {
-    this.own({ method, params });
-    const answer = await this.until(() => this.answers.find((message) => message.id === this.ids));
+    this.onOwnMessage({ method, params });
+    const answer = await this.until(() => this.answers.find((message) => message.id === this.lastId));
     if (answer.error) throw new Error(answer.error.message);
     return answer.result as Record<string, unknown>;
   }
 
   /** Waits for the module's report that the arm answers. */
-  private async ready(): Promise<void> {
+  private async waitUntilReady(): Promise<void> {
     const first = (await this.until(() => this.answers[0])) as unknown as { error?: { kind: string; message: string } };
     if (first.error)
       throw first.error.kind === "timeout" || first.error.kind === "unexpected"
@@ -323,7 +326,7 @@ export class WorkerStation {
         : new Error(first.error.message);
   }
 
-  private async readies(): Promise<void> {
+  private async prepareArm(): Promise<void> {
     await this.call("session.hello", { client: { name: "page" } });
     const { lease } = await this.call("lease.acquire");
     await this.call("arm.clear_alarms");
@@ -332,16 +335,16 @@ export class WorkerStation {
     this.answers = [];
   }
 
-  private async fills(): Promise<void> {
-    for await (const [name, bytes] of this.kept.all()) this.keeps(name, bytes);
+  private async fillLibrary(): Promise<void> {
+    for await (const [name, bytes] of this.kept.all()) this.storeFile(name, bytes);
     // Later messages to this session are of no interest.
-    this.hearers.set(OWN, { heard: () => {}, closed: () => {} });
+    this.clients.set(OWN_SESSION, { onMessage: () => {}, onClosed: () => {} });
   }
 }
 
 const NO_ANSWER = new Error("no arm answers");
 
-async function fetched(url: URL): Promise<Response> {
+async function fetchOk(url: URL): Promise<Response> {
   const answer = await fetch(url);
   if (!answer.ok) throw new Error(`${url.pathname}: ${answer.status}`);
   return answer;

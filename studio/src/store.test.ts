@@ -26,7 +26,7 @@ test("a laser that was on when the connection was lost is unknown, not off", () 
   store.armName.value = "a";
   heard(false);
   expect(store.laser.value).toBe("off");
-  expect(store.left.value).toBeNull();
+  expect(store.lastActivity.value).toBeNull();
 });
 
 test("a lost link between station and arm counts as a lost connection", () => {
@@ -41,7 +41,7 @@ test("a burning job counts as burning and moving between its lines", () => {
   heard(false, true);
   store.socket.value = "lost";
   expect(store.laser.value).toBe("unknown");
-  expect(store.left.value).toEqual({ arm: "a", laser: true, moves: true });
+  expect(store.lastActivity.value).toEqual({ arm: "a", laser: true, isMoving: true });
 });
 
 test("no activity remains after a job, for another arm, or for the page's own arm", () => {
@@ -50,14 +50,14 @@ test("no activity remains after a job, for another arm, or for the page's own ar
   store.jobState.value = "done";
   heard(false);
   store.socket.value = "lost";
-  expect(store.left.value).toBeNull();
+  expect(store.lastActivity.value).toBeNull();
   store.socket.value = "up";
   heard(true);
   store.armName.value = "b";
   store.state.value = null;
-  expect(store.left.value).toBeNull();
+  expect(store.lastActivity.value).toBeNull();
   store.backend.value = "sim";
   heard(true, false, "b");
   store.socket.value = "closed";
-  expect(store.left.value).toBeNull();
+  expect(store.lastActivity.value).toBeNull();
 });

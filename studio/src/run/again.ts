@@ -5,27 +5,29 @@ import { RpcError } from "../client";
 import type { Order } from "./jobs";
 
 /** Largest number of orders kept. */
-const MOST = 8;
+const MAX_ORDERS = 8;
 /** Code of the refusal to resume a job without a journal. */
-const NOTHING = "nothing-to-resume";
+const NOTHING_TO_RESUME = "nothing-to-resume";
 
-interface Ordered {
+interface StoredOrder {
   order: Order;
   title: string;
 }
-const orders = new Map<string, Ordered>();
-const lost = signal<ReadonlySet<string>>(new Set());
+const orders = new Map<string, StoredOrder>();
+const unresumableJobs = signal<ReadonlySet<string>>(new Set());
 
 /** Stores the order of a job. */
-export function keepOrder(id: string, order: Order, title: string): void {
+export function storeOrder(id: string, order: Order, title: string): void {
   orders.set(id, { order, title });
-  for (const old of [...orders.keys()].slice(0, -MOST)) orders.delete(old);
+  for (const old of [...orders.keys()].slice(0, -MAX_ORDERS)) orders.delete(old);
 }
 
 /** Notes why a resume was refused. */
-export function hearRefusal(id: string, error: unknown): void {
-  if (error instanceof RpcError && error.data.code === NOTHING) lost.value = new Set([...lost.peek(), id]);
+export function noteRefusal(id: string, error: unknown): void {
+  if (error instanceof RpcError && error.data.code === NOTHING_TO_RESUME)
+    unresumableJobs.value = new Set([...unresumableJobs.peek(), id]);
 }
 
 /** Order of a job that cannot be resumed; null if it can, or if another page started it. */
-export const orderOf = ({ job }: Job): Ordered | null => (lost.value.has(job) ? (orders.get(job) ?? null) : null);
+export const restartOrder = ({ job }: Job): StoredOrder | null =>
+  unresumableJobs.value.has(job) ? (orders.get(job) ?? null) : null;

@@ -9,12 +9,12 @@ vi.mock("../session", () => ({
     asked.push(method);
     return { job: "new" };
   },
-  notified: new Set(),
-  shown: () => ({ arm: "arm" }),
-  leaveWith: () => {},
+  notificationListeners: new Set(),
+  shownArm: () => ({ arm: "arm" }),
+  sendOnClose: () => {},
 }));
 const store = await import("../store");
-const { isArmed, jobBurns, jobFrames, keep, mayBurn } = await import("./burn");
+const { isArmed, jobBurns, jobFrames, rememberJob: keep, mayBurn } = await import("./burn");
 const jobs = await import("./jobs");
 
 const job = (id: string) => ({ job: id, title: null, state: "stopped", holder: null }) as unknown as Job;
@@ -105,7 +105,7 @@ test("notices about an unreachable or frozen arm disappear once it can be moved"
   for (const held of [store.isFrozen, store.socket] as const) {
     if (held === store.socket) held.value = "lost";
     else store.isFrozen.value = true;
-    store.say("refused", true);
+    store.notify("refused", true);
     store.isFrozen.value = false;
     store.socket.value = "up";
     expect(store.notice.value).toBe(null);

@@ -1,31 +1,35 @@
 // The objects of a workshop over a reload of the page: what lies on the sheet, and what is set of the job.
-import { Document, has, isListOf, isMapOf, isNull, isNumber, isOr, isText, isUnset } from "../shelf";
+import { Document, isEither, isListOf, isMapOf, isNull, isNumber, isObjectOf, isText, isUnset } from "../shelf";
 import type { Doc } from "./items";
 import type { Values } from "./shop";
 
-export interface Left {
+export interface StoredWorkshop {
   doc: Doc;
   common: Values;
 }
 
-const isSomeText = isOr(isUnset, isText);
-const isPlace = has({
+const isOptionalText = isEither(isUnset, isText);
+const isPlace = isObjectOf({
   at: isListOf(isNumber, 2),
   scale: (value) => isNumber(value) && (value as number) > 0,
   turn: isNumber,
 });
 const isValues = isMapOf(isText);
-const isItem = has({
+const isItem = isObjectOf({
   id: isNumber,
-  source: has({ program: isSomeText, text: isSomeText, format: isSomeText }),
+  source: isObjectOf({ program: isOptionalText, text: isOptionalText, format: isOptionalText }),
   format: isText,
   name: isText,
-  shape: isSomeText,
-  color: isOr(isNull, isText),
+  shape: isOptionalText,
+  color: isEither(isNull, isText),
   values: isValues,
-  place: isOr(isNull, isPlace),
+  place: isEither(isNull, isPlace),
 });
-const isLeft = has({ doc: has({ items: isListOf(isItem), chosen: isOr(isNull, isNumber) }), common: isValues });
+const isStoredWorkshop = isObjectOf({
+  doc: isObjectOf({ items: isListOf(isItem), chosen: isEither(isNull, isNumber) }),
+  common: isValues,
+});
 
 /** Of a workshop by its name. */
-export const leftOf = (name: string): Document<Left> => new Document(name, isLeft, ({ doc }) => doc.items.length === 0);
+export const storedWorkshop = (name: string): Document<StoredWorkshop> =>
+  new Document(name, isStoredWorkshop, ({ doc }) => doc.items.length === 0);

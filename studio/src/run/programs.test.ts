@@ -10,10 +10,10 @@ vi.mock("../session", () => ({
     const programs = [...shelf].map(([name, { data, modified }]) => ({ name, bytes: atob(data).length, modified }));
     return { programs };
   },
-  files: () => null,
-  ownFile: () => null,
+  fileEndpoint: () => null,
+  localFile: () => null,
 }));
-const { base64, bring, linesAt, nameOf, unused } = await import("./programs");
+const { base64, storeUnused: bring, linesAt, libraryName: nameOf, unusedName: unused } = await import("./programs");
 beforeEach(() => shelf.clear());
 
 test("a file name is converted to a valid library name", () => {

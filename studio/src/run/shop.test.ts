@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Option } from "../api";
-import { faultOf, setupOf, vouch } from "./shop";
+import { optionFault, requireValid, setupOf } from "./shop";
 
 const option = (name: string) => ({ name, kind: "text", usual: false, choices: [] }) as unknown as Option;
 
@@ -29,8 +29,8 @@ test("invalid numbers are marked and refused, never truncated", () => {
     ["place", "1 2"],
   ] as const) {
     expect(setupOf([of(kind)], { speed: text })).toEqual({});
-    expect(faultOf(of(kind), text)).not.toBeNull();
-    expect(() => vouch([of(kind)], { speed: text })).toThrow();
+    expect(optionFault(of(kind), text)).not.toBeNull();
+    expect(() => requireValid([of(kind)], { speed: text })).toThrow();
   }
-  expect(faultOf(of("number"), "")).toBeNull();
+  expect(optionFault(of("number"), "")).toBeNull();
 });

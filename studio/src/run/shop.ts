@@ -1,81 +1,85 @@
 // State of a workshop: what to run with which options, and the result of its check. Each workshop
 // has its own, so that they do not influence each other.
 import { computed, effect, type ReadonlySignal, signal } from "@preact/signals";
-import { complain, type Problem, problemOf, tried } from "../actions";
+import { attempt, type Problem, problemOf, reportError } from "../actions";
 import type { Option, Report } from "../api";
 import { type Params, RpcError } from "../client";
-import { filled } from "../i18n";
-import { numbersOf } from "../numbers";
-import { call, shown } from "../session";
+import { interpolate } from "../i18n";
+import { parseNumbers } from "../numbers";
+import { call, shownArm } from "../session";
 import * as store from "../store";
 import { type Lines, show } from "../view/layers";
 import * as jobs from "./jobs";
-import { type Entry, list, nameOf, programs, put } from "./programs";
-import { known } from "./surface";
-import { labelOf, named } from "./words";
+import { type Entry, libraryName, programs, readLibrary, storeProgram } from "./programs";
+import { knownSurface } from "./surface";
+import { labelOf, optionText } from "./words";
 
 /** Source of a job: a program of the library, or typed content. */
 export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
 export type Values = Readonly<Record<string, string>>;
-type Wanted = Source & { setup?: Record<string, unknown> };
+type JobSource = Source & { setup?: Record<string, unknown> };
 
 const CHECK_FAILED = -32004;
 /** The program or its preset was replaced after the check. */
-const CHANGED = -32009;
+const PROGRAM_CHANGED = -32009;
 /** Largest file that is checked automatically, bytes, since a check takes time. */
-const AT_ONCE = 1024 * 1024;
-const PAUSE = 400;
+const AUTO_CHECK_LIMIT = 1024 * 1024;
+const CHECK_DELAY = 400;
 /** Range as users type it. */
-const RANGE = /^([\d.]+)\s*(?:-|–|to|到)\s*([\d.]+)$/;
+const RANGE_PATTERN = /^([\d.]+)\s*(?:-|–|to|到)\s*([\d.]+)$/;
 /** Of how many numbers an option is. */
-const NUMBERS: Partial<Record<Option["kind"], number>> = { number: 1, integer: 1, point: 2, place: 3, area: 4 };
+const NUMBER_COUNTS: Partial<Record<Option["kind"], number>> = { number: 1, integer: 1, point: 2, place: 3, area: 4 };
 
-const tables = new Map<string, Promise<Option[]>>();
+const optionTables = new Map<string, Promise<Option[]>>();
 /** Options of a format; requested from the station once. */
 export function optionsOf(format: string): Promise<Option[]> {
   const table =
-    tables.get(format) ?? call("program.options", { format, all: true }).then((found) => found.options as Option[]);
-  tables.set(format, table);
-  table.catch(() => tables.delete(format));
+    optionTables.get(format) ??
+    call("program.options", { format, all: true }).then((found) => found.options as Option[]);
+  optionTables.set(format, table);
+  table.catch(() => optionTables.delete(format));
   return table;
 }
 
 /** Value of an option for the station; undefined if empty, null if the text is invalid. */
-function taken({ name, kind, usual, choices }: Option, typed: string | undefined): unknown {
+function optionValue({ name, kind, usual, choices }: Option, typed: string | undefined): unknown {
   const text = (typed ?? "").trim();
   if (kind === "choice" && usual) return text || choices[0];
   if (text === "" || kind === "pens") return undefined;
-  const count = NUMBERS[kind];
+  const count = NUMBER_COUNTS[kind];
   if (count !== undefined) {
-    const numbers = numbersOf(text, count);
+    const numbers = parseNumbers(text, count);
     const [first] = numbers ?? [];
     if (kind === "integer" && !Number.isInteger(first)) return null;
     return count === 1 ? (first ?? null) : numbers;
   }
   if (kind === "switch") return text === "true";
   if (kind === "list") return text.split("\n");
-  return name === "power" ? text.replace(/(\d),(?=\d)/g, "$1.").replace(RANGE, "$1..$2") : text;
+  return name === "power" ? text.replace(/(\d),(?=\d)/g, "$1.").replace(RANGE_PATTERN, "$1..$2") : text;
 }
 
 /** Setup of these options for the station, without empty and invalid ones. */
 export function setupOf(options: readonly Option[], values: Values): Record<string, unknown> {
-  const set = options.map((option) => [option.name, taken(option, values[option.name])] as const);
+  const set = options.map((option) => [option.name, optionValue(option, values[option.name])] as const);
   return Object.fromEntries(set.filter(([, value]) => value != null));
 }
 
 /** Reason why the text of an option is invalid, or null. */
-export function faultOf(option: Option, typed: string | undefined): string | null {
-  if (taken(option, typed) !== null) return null;
-  const count = NUMBERS[option.kind] ?? 1;
-  return filled(named(option.kind === "integer" ? "said.whole" : count === 1 ? "said.number" : "said.numbers", ""), {
-    count,
-  });
+export function optionFault(option: Option, typed: string | undefined): string | null {
+  if (optionValue(option, typed) !== null) return null;
+  const count = NUMBER_COUNTS[option.kind] ?? 1;
+  return interpolate(
+    optionText(option.kind === "integer" ? "said.whole" : count === 1 ? "said.number" : "said.numbers", ""),
+    {
+      count,
+    },
+  );
 }
 
 /** Refuses options with an invalid number, which would be ignored. */
-export function vouch(options: readonly Option[], values: Values): void {
+export function requireValid(options: readonly Option[], values: Values): void {
   for (const option of options) {
-    const fault = faultOf(option, values[option.name]);
+    const fault = optionFault(option, values[option.name]);
     if (fault !== null) throw new Error(`${labelOf(option)}: ${fault}`);
   }
 }
@@ -88,14 +92,18 @@ export const entryOf = (name: string | null | undefined): Entry | null =>
  * True if an option is relevant: the option it depends on must have one of the required values and
  * be relevant itself.
  */
-export function counts({ with: name, when }: Option, all: readonly Option[], said: (name: string) => string): boolean {
+export function isRelevant(
+  { with: name, when }: Option,
+  all: readonly Option[],
+  said: (name: string) => string,
+): boolean {
   if (name === null) return true;
   const other = all.find((one) => one.name === name);
-  if (other !== undefined && !counts(other, all, said)) return false;
+  if (other !== undefined && !isRelevant(other, all, said)) return false;
   return when.length === 0 ? said(name) === "true" : when.includes(said(name));
 }
 
-export abstract class Shop {
+export abstract class Workshop {
   abstract readonly chosen: ReadonlySignal<Source | null>;
   abstract readonly values: ReadonlySignal<Values>;
   /** Sets one option; an empty text leaves it to the station. */
@@ -110,63 +118,65 @@ export abstract class Shop {
   /** Problem that prevents a check, or null. */
   readonly problem = signal<Problem | null>(null);
   readonly isChecking = signal(false);
-  readonly isShown = signal(false);
+  readonly isPreviewed = signal(false);
   /** Options that the workshop determines itself. */
   readonly fixed: Readonly<Record<string, unknown>>;
   readonly selected = computed(() => this.chosen.value?.program ?? null);
   readonly entry = computed<Entry | null>(() => entryOf(this.selected.value));
   protected checks = 0;
   /** Result of the newest check. */
-  protected newest: Promise<boolean> = Promise.resolve(false);
+  protected newestCheck: Promise<boolean> = Promise.resolve(false);
 
   constructor(fixed: Record<string, unknown> = {}) {
     this.fixed = fixed;
   }
 
   /** True if the user may set an option, because the workshop does not determine it. */
-  isOpen(name: string): boolean {
+  isSettable(name: string): boolean {
     return !(name in this.fixed);
   }
 
   /** Value of an option; empty if the station decides. */
   valueOf = (name: string): string => {
     // Not asked for: the tool determines it.
-    if (name === "work" && this.isOpen(name)) return this.valueOf("tool") === "laser" ? "engrave" : "draw";
+    if (name === "work" && this.isSettable(name)) return this.valueOf("tool") === "laser" ? "engrave" : "draw";
     const option = this.options.value.find((one) => one.name === name);
     return String(this.fixed[name] ?? (this.values.value[name] || (option?.default ?? "")));
   };
 
   /** Options to ask for: relevant, and not determined by the workshop. */
-  readonly asked = computed(() =>
-    this.options.value.filter((option) => this.isOpen(option.name) && counts(option, this.options.value, this.valueOf)),
+  readonly shownOptions = computed(() =>
+    this.options.value.filter(
+      (option) => this.isSettable(option.name) && isRelevant(option, this.options.value, this.valueOf),
+    ),
   );
   /** Values for the station; undefined if nothing is set. */
   readonly setup = computed<Record<string, unknown> | undefined>(() => {
-    const set = { ...setupOf(this.asked.value, this.values.value), ...this.fixed };
+    const set = { ...setupOf(this.shownOptions.value, this.values.value), ...this.fixed };
     return Object.keys(set).length > 0 ? set : undefined;
   });
 
   /** Source with its setup, as it would run now. */
-  source(): Wanted {
+  source(): JobSource {
     return { ...this.chosen.value, ...(this.setup.value ? { setup: this.setup.value } : {}) };
   }
 
   forget(): void {
     this.checks++;
-    this.newest = Promise.resolve(false);
+    this.newestCheck = Promise.resolve(false);
     this.report.value = null;
     this.problem.value = null;
     this.isChecking.value = false;
     show("planned", []);
-    this.isShown.value = false;
+    this.isPreviewed.value = false;
   }
 
   /** Asks the station to check `source`. */
-  protected async asking(): Promise<Report | null> {
-    vouch(this.asked.value, this.values.value);
-    const mark = this.mark();
-    const report = await call("job.check", { ...shown(), ...this.source(), preview: true });
-    this.checkedMark = mark;
+  protected async requestCheck(): Promise<Report | null> {
+    requireValid(this.shownOptions.value, this.values.value);
+    const mark = this.selectionKey();
+    const report = await call("job.check", { ...shownArm(), ...this.source(), preview: true });
+    this.checkedKey = mark;
     return report;
   }
 
@@ -174,21 +184,21 @@ export abstract class Shop {
    * Checks the program and shows a preview. True if the arm can run it. A check that is overtaken
    * returns the result of the newer one.
    */
-  check = (): Promise<boolean> => (this.newest = this.checked());
+  check = (): Promise<boolean> => (this.newestCheck = this.runCheck());
 
-  private async checked(): Promise<boolean> {
+  private async runCheck(): Promise<boolean> {
     if (this.chosen.value === null) return false;
     const mine = ++this.checks;
     this.problem.value = null;
     this.isChecking.value = true;
     try {
-      const found = await this.asking();
-      if (mine !== this.checks) return this.newest;
+      const found = await this.requestCheck();
+      if (mine !== this.checks) return this.newestCheck;
       this.report.value = found;
-      this.draw(found);
+      this.showPreview(found);
       return found?.ok === true;
     } catch (error) {
-      if (mine !== this.checks) return this.newest;
+      if (mine !== this.checks) return this.newestCheck;
       this.forget();
       this.refuse(error);
       return false;
@@ -205,7 +215,7 @@ export abstract class Shop {
     else this.problem.value = problemOf(error);
   }
 
-  draw(found: Report | null): void {
+  showPreview(found: Report | null): void {
     const { strokes, travels } = found?.preview ?? { strokes: [], travels: [] };
     const lines: Lines[] = strokes.map(({ points, height, reachable }) => ({
       points: points.map(([x = 0, y = 0]) => [x, y, height]),
@@ -213,7 +223,7 @@ export abstract class Shop {
     }));
     const ways = travels.map((points): Lines => ({ points, color: "--muted", opacity: 0.4 }));
     show("planned", [...lines, ...ways]);
-    this.isShown.value = lines.length + ways.length > 0;
+    this.isPreviewed.value = lines.length + ways.length > 0;
   }
 
   /**
@@ -226,13 +236,13 @@ export abstract class Shop {
     more: Pick<jobs.Order, "loops" | "setup"> = {},
   ): Promise<string | null> => {
     let job: string | null = null;
-    await tried(async () => {
-      const before = this.mark();
+    await attempt(async () => {
+      const before = this.selectionKey();
       // A failed check is repeated, because the arm may stand elsewhere now.
       const isKnown = this.isSettled() && this.report.value?.ok === true;
       if (!isKnown && !(await this.check())) return;
       // The user has changed the selection meanwhile, and did not ask for the new one.
-      if (this.mark() !== before) return;
+      if (this.selectionKey() !== before) return;
       // Runs what the user saw, even if another client replaces the program meanwhile.
       const seen = this.report.value?.digest;
       const order = { ...this.source(), ...(seen === undefined ? {} : { digest: seen }) };
@@ -240,10 +250,10 @@ export abstract class Shop {
       const setup = order.setup || more.setup ? { setup: { ...order.setup, ...more.setup } } : {};
       try {
         job = await jobs.start({ ...order, ...more, ...setup }, title, about());
-        if (job !== null && more.setup === undefined) this.began(job);
-        if (job !== null) await jobs.heard(job);
+        if (job !== null && more.setup === undefined) this.onJobStarted(job);
+        if (job !== null) await jobs.waitUntilKnown(job);
       } catch (error) {
-        if (error instanceof RpcError && error.code === CHANGED) await this.recheck();
+        if (error instanceof RpcError && error.code === PROGRAM_CHANGED) await this.recheck();
         this.refuse(error);
       }
     });
@@ -252,32 +262,32 @@ export abstract class Shop {
 
   /** Shows a program that was replaced after its check. */
   private async recheck(): Promise<void> {
-    await list();
+    await readLibrary();
     await this.check();
   }
 
   /** A job of what is chosen has begun. */
-  protected began(_job: string): void {}
+  protected onJobStarted(_job: string): void {}
 
   /** True if the last check belongs to the current selection. */
   protected isSettled(): boolean {
-    return this.checkedMark === this.mark();
+    return this.checkedKey === this.selectionKey();
   }
-  protected checkedMark = "";
+  protected checkedKey = "";
 
   /** Identifies the current selection and its options. */
-  mark(): string {
+  selectionKey(): string {
     return JSON.stringify([this.chosen.value, this.values.value, this.entry.value?.modified]);
   }
 
   /** Dependencies that make a new check necessary, besides the arm. */
-  protected depends(): void {
+  protected trackDependencies(): void {
     void this.setup.value;
     void this.values.value;
   }
 
   /** Size of the largest selected program, bytes; null if the library does not know it. */
-  protected bytes(): number | null {
+  protected largestFile(): number | null {
     const found = this.entry.value;
     return found?.format === null ? null : (found?.bytes ?? 0);
   }
@@ -285,34 +295,34 @@ export abstract class Shop {
   /**
    * Checks changes automatically up to this size, while the panel is open and the arm has no job.
    */
-  checkAlong(most = AT_ONCE): () => void {
+  checkOnChange(most = AUTO_CHECK_LIMIT): () => void {
     let due: ReturnType<typeof setTimeout> | undefined;
     const end = effect(() => {
-      const bytes = this.bytes();
+      const bytes = this.largestFile();
       const isIdle = store.isUp.value && !jobs.busy.value;
-      this.depends();
-      void known.value?.plane;
-      void known.value?.sheet;
+      this.trackDependencies();
+      void knownSurface.value?.plane;
+      void knownSurface.value?.sheet;
       void store.isHomed.value;
       clearTimeout(due);
       if (this.chosen.value === null || bytes === null) return;
       if (bytes > most) this.forget();
-      else if (isIdle) due = setTimeout(() => void this.check(), PAUSE);
+      else if (isIdle) due = setTimeout(() => void this.check(), CHECK_DELAY);
     });
     return () => {
       clearTimeout(due);
       end();
       show("planned", []);
-      this.isShown.value = false;
+      this.isPreviewed.value = false;
     };
   }
 
   /** Puts files into the library; under which names, and what they are called. */
-  protected async kept(files: Iterable<File>): Promise<Array<{ name: string; label: string }>> {
+  protected async storeFiles(files: Iterable<File>): Promise<Array<{ name: string; label: string }>> {
     const names: Array<{ name: string; label: string }> = [];
     for (const file of files) {
-      await tried(async () => {
-        const name = await put(nameOf(file.name), file);
+      await attempt(async () => {
+        const name = await storeProgram(libraryName(file.name), file);
         if (name !== null) names.push({ name, label: file.name });
       });
     }
@@ -321,7 +331,7 @@ export abstract class Shop {
 }
 
 /** Workshop of the route *Run*: one program of the library, unchanged. */
-export class RunShop extends Shop {
+export class RunWorkshop extends Workshop {
   readonly chosen = signal<Source | null>(null);
   readonly values = signal<Values>({});
 
@@ -344,12 +354,12 @@ export class RunShop extends Shop {
       const found = await optionsOf(format);
       if (this.entry.value?.format === format) this.options.value = found;
     } catch (error) {
-      complain(error);
+      reportError(error);
     }
   }
 
   async openFiles(files: Iterable<File>): Promise<void> {
-    const last = (await this.kept(files)).at(-1);
+    const last = (await this.storeFiles(files)).at(-1);
     if (last !== undefined) await this.select(last.name);
   }
 }

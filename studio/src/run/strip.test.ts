@@ -1,6 +1,6 @@
 import { describe, expect, it, vi } from "vitest";
 import type { Job } from "../api";
-import { isPlain, isTold, took } from "./strip";
+import { durationOf, isShown, isUneventful } from "./strip";
 
 const job = (more: Partial<Job>): Job => ({
   job: "j1",
@@ -32,29 +32,31 @@ const seen = new Set(["j1"]);
 describe("the strip", () => {
   it("shows an active job of any client", () => {
     for (const state of ["checking", "running", "pausing", "paused", "stopping"] as const)
-      expect(isTold(job({ state }), new Set(), null)).toBe(true);
+      expect(isShown(job({ state }), new Set(), null)).toBe(true);
   });
 
   it("shows the end of a job that was seen active, until it is dismissed", () => {
-    expect(isTold(job({ state: "done" }), seen, null)).toBe(true);
-    expect(isTold(job({ state: "done" }), seen, "j1")).toBe(false);
-    expect(isTold(job({ state: "done" }), new Set(), null)).toBe(false);
-    expect(isTold(job({ state: "running" }), seen, "j1")).toBe(true);
+    expect(isShown(job({ state: "done" }), seen, null)).toBe(true);
+    expect(isShown(job({ state: "done" }), seen, "j1")).toBe(false);
+    expect(isShown(job({ state: "done" }), new Set(), null)).toBe(false);
+    expect(isShown(job({ state: "running" }), seen, "j1")).toBe(true);
   });
 
   it("shows a job that was interrupted while no page was open", () => {
-    expect(isTold(job({ state: "interrupted" }), new Set(), null)).toBe(true);
+    expect(isShown(job({ state: "interrupted" }), new Set(), null)).toBe(true);
   });
 
   it("stays if there is something to read", () => {
-    expect(isPlain(job({ state: "done" }))).toBe(true);
-    expect(isPlain(job({ state: "stopped" }))).toBe(false);
-    expect(isPlain(job({ state: "done", notes: [{ code: "nothing-picked", text: "", template: "" }] }))).toBe(false);
+    expect(isUneventful(job({ state: "done" }))).toBe(true);
+    expect(isUneventful(job({ state: "stopped" }))).toBe(false);
+    expect(isUneventful(job({ state: "done", notes: [{ code: "nothing-picked", text: "", template: "" }] }))).toBe(
+      false,
+    );
   });
 
   it("returns the duration of a job", () => {
-    expect(took(job({ started: 100, ended: 116.4 }))).toBeCloseTo(16.4);
-    expect(took(job({ started: null, ended: 116 }))).toBeNull();
+    expect(durationOf(job({ started: 100, ended: 116.4 }))).toBeCloseTo(16.4);
+    expect(durationOf(job({ started: null, ended: 116 }))).toBeNull();
   });
 
   it("shows a job that ended during a reload, until it is dismissed", async () => {
@@ -66,15 +68,15 @@ describe("the strip", () => {
       return { strip, end };
     };
     const before = await loaded(job({ state: "running" }));
-    expect(before.strip.told.value?.state).toBe("running");
+    expect(before.strip.shownJob.value?.state).toBe("running");
     before.end();
     const after = await loaded(job({ state: "stopped" }));
-    expect(after.strip.told.value?.state).toBe("stopped");
-    after.strip.close(job({ state: "stopped" }));
-    expect(after.strip.told.value).toBeNull();
+    expect(after.strip.shownJob.value?.state).toBe("stopped");
+    after.strip.dismiss(job({ state: "stopped" }));
+    expect(after.strip.shownJob.value).toBeNull();
     after.end();
     const again = await loaded(job({ state: "stopped" }));
-    expect(again.strip.told.value).toBeNull();
+    expect(again.strip.shownJob.value).toBeNull();
     again.end();
   });
 });

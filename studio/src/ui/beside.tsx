@@ -1,14 +1,14 @@
 // Help and tour, which open beside or over the panel on every route.
 import type { ComponentType } from "preact";
-import { complain } from "../actions";
+import { reportError } from "../actions";
 import * as store from "../store";
-import { later } from "./later";
+import { lazy } from "./later";
 
-const part = (load: () => Promise<ComponentType>) => later(load, undefined, complain);
-const Help = part(() => import("../help/help").then(({ Help }) => Help));
-const Tour = part(() => import("../help/tour").then(({ Tour }) => Tour));
+const lazyPart = (load: () => Promise<ComponentType>) => lazy(load, undefined, reportError);
+const Help = lazyPart(() => import("../help/help").then(({ Help }) => Help));
+const Tour = lazyPart(() => import("../help/tour").then(({ Tour }) => Tour));
 
-export function Beside() {
-  const name = store.beside.value;
+export function SidePanel() {
+  const name = store.sidePanel.value;
   return name === "help" ? <Help /> : name === "tour" ? <Tour /> : null;
 }

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import * as store from "../store";
-import { dropped } from "./dropped";
+import { handleDrop } from "./dropped";
 
 const drop = (types: string[], isTaken = false) => {
   const event = new Event("drop", { cancelable: true }) as DragEvent;
@@ -11,7 +11,7 @@ const drop = (types: string[], isTaken = false) => {
 
 test("a dropped file without a handler is refused with a notice and does not replace the page", () => {
   const event = drop(["Files"]);
-  dropped(event);
+  handleDrop(event);
   expect(event.defaultPrevented).toBe(true);
   expect(store.notice.value?.bad).toBe(true);
 });
@@ -19,8 +19,8 @@ test("a dropped file without a handler is refused with a notice and does not rep
 test("dragged text and files that a card has taken are ignored", () => {
   store.notice.value = null;
   const words = drop(["text/plain"]);
-  dropped(words);
+  handleDrop(words);
   expect(words.defaultPrevented).toBe(false);
-  dropped(drop(["Files"], true));
+  handleDrop(drop(["Files"], true));
   expect(store.notice.value).toBeNull();
 });

@@ -6,7 +6,7 @@ import type { ComponentType } from "preact";
  * Component loaded once `wants` is true, and kept from then on. `failed` receives the error if the
  * file cannot be loaded.
  */
-export function later(
+export function lazy(
   load: () => Promise<ComponentType>,
   wants = () => true,
   failed: (error: unknown) => void = () => {},

@@ -1,8 +1,8 @@
 import { expect, test } from "vitest";
-import { once } from "./parts";
+import { exclusive } from "./parts";
 
 test("a press is ignored while the previous one is pending", async () => {
-  const does = once();
+  const does = exclusive();
   let [pressed, done] = [0, () => {}];
   const press = () => {
     pressed++;
@@ -18,7 +18,7 @@ test("a press is ignored while the previous one is pending", async () => {
 });
 
 test("a press works again after a failure, and always if it completes at once", async () => {
-  const does = once();
+  const does = exclusive();
   let pressed = 0;
   does(() => {
     pressed++;

@@ -5,11 +5,11 @@ import { directionOf, placeOf, type View } from "./camera";
 import type { Point } from "./solid";
 
 /** Duration of a flight between two positions, ms. */
-const FLIES = 350;
+const FLIGHT_DURATION = 350;
 /** Elevation from which the picture counts as a view from above, degrees. */
-const ABOVE = 75;
+const TOP_VIEW_ELEVATION = 75;
 /** Share of the distance to the tip that a following camera covers in one frame. */
-const FOLLOWS = 0.12;
+const FOLLOW_SHARE = 0.12;
 
 interface Flight {
   from: Vector3;
@@ -19,20 +19,20 @@ interface Flight {
   since: number;
 }
 
-export class Eye {
+export class CameraRig {
   readonly camera = new PerspectiveCamera(30, 1, 20, 6000);
   readonly controls: OrbitControls;
   /** Called when the user turns the picture. */
-  onTaken: () => void = () => {};
+  onUserTurn: () => void = () => {};
   /** Share of the picture that buttons cover at the bottom. */
-  covers: () => number = () => 0;
+  coveredShare: () => number = () => 0;
   /** Points that must be visible, and the lateral position of the work. */
-  sights: () => { points: readonly Point[]; side: number } = () => ({ points: [], side: 0 });
+  visiblePoints: () => { points: readonly Point[]; side: number } = () => ({ points: [], side: 0 });
   private flight: Flight | null = null;
   private view: View = "corner";
   /** True after the user has turned, moved or zoomed the picture: automatic framing is then off. */
   private isTurned = false;
-  private follows = false;
+  private followsTip = false;
 
   constructor(
     canvas: HTMLCanvasElement,
@@ -57,7 +57,7 @@ export class Eye {
     this.controls.addEventListener("end", () => {
       if (from.distanceTo(camera.position) < 1) return;
       this.isTurned = true;
-      this.onTaken();
+      this.onUserTurn();
     });
   }
 
@@ -65,19 +65,19 @@ export class Eye {
   look(view: View, atOnce = false): void {
     this.view = view;
     this.isTurned = false;
-    this.fly(view, atOnce);
+    this.flyToView(view, atOnce);
   }
 
   /** Frames all points from the current direction. */
   fit(): void {
-    this.fly(null, false);
+    this.flyToView(null, false);
   }
 
   /**
    * Frames the picture again after its content or size has changed, unless the user has turned it.
    */
-  arrange(atOnce: boolean): void {
-    if (!this.isTurned && !this.follows) this.fly(this.view, atOnce);
+  reframe(atOnce: boolean): void {
+    if (!this.isTurned && !this.followsTip) this.flyToView(this.view, atOnce);
   }
 
   /** Zooms by a factor around the centre. */
@@ -88,12 +88,12 @@ export class Eye {
     const aim = this.flight?.aim ?? target;
     const away = goal.clone().sub(aim);
     away.setLength(Math.min(maxDistance, Math.max(minDistance, away.length() / by)));
-    this.go(aim.clone().add(away), aim.clone(), false);
+    this.startFlight(aim.clone().add(away), aim.clone(), false);
   }
 
   setFollow(follows: boolean): void {
-    this.follows = follows;
-    if (!follows) this.fly(this.isTurned ? null : this.view, false);
+    this.followsTip = follows;
+    if (!follows) this.flyToView(this.isTurned ? null : this.view, false);
     this.wake();
   }
 
@@ -104,7 +104,7 @@ export class Eye {
   }
 
   isAbove(): boolean {
-    return this.elevation() > ABOVE;
+    return this.elevation() > TOP_VIEW_ELEVATION;
   }
 
   setSize(width: number, height: number): void {
@@ -114,28 +114,28 @@ export class Eye {
 
   /** Advances the flight, or follows the tip. Returns true if the camera still moves. */
   step(tip: Vector3, now: number): boolean {
-    const goesOn = this.flight !== null && this.flies(this.flight, now);
+    const goesOn = this.flight !== null && this.advanceFlight(this.flight, now);
     const { target } = this.controls;
-    if (!this.follows || tip.distanceTo(target) < 0.5) return goesOn;
+    if (!this.followsTip || tip.distanceTo(target) < 0.5) return goesOn;
     const by = tip
       .clone()
       .sub(target)
-      .multiplyScalar(this.still.matches ? 1 : FOLLOWS);
+      .multiplyScalar(this.still.matches ? 1 : FOLLOW_SHARE);
     target.add(by);
     this.camera.position.add(by);
     return true;
   }
 
-  private fly(view: View | null, atOnce: boolean): void {
-    const { points, side } = this.sights();
+  private flyToView(view: View | null, atOnce: boolean): void {
+    const { points, side } = this.visiblePoints();
     if (points.length === 0) return;
     const { x, y, z } = this.camera.position.clone().sub(this.controls.target).normalize();
     const direction: Point = view === null ? [x, y, z] : directionOf(view, side);
-    const { position, target } = placeOf(points, direction, this.camera.fov, this.camera.aspect, this.covers());
-    this.go(new Vector3(...position), new Vector3(...target), atOnce);
+    const { position, target } = placeOf(points, direction, this.camera.fov, this.camera.aspect, this.coveredShare());
+    this.startFlight(new Vector3(...position), new Vector3(...target), atOnce);
   }
 
-  private go(to: Vector3, aim: Vector3, atOnce: boolean): void {
+  private startFlight(to: Vector3, aim: Vector3, atOnce: boolean): void {
     if (atOnce || this.still.matches) {
       this.camera.position.copy(to);
       this.controls.target.copy(aim);
@@ -148,8 +148,8 @@ export class Eye {
   }
 
   /** Flies around the arm instead of through it. */
-  private flies({ from, to, target, aim, since }: Flight, now: number): boolean {
-    const share = Math.min(1, (now - since) / FLIES);
+  private advanceFlight({ from, to, target, aim, since }: Flight, now: number): boolean {
+    const share = Math.min(1, (now - since) / FLIGHT_DURATION);
     const eased = 1 - (1 - share) ** 3;
     this.controls.target.lerpVectors(target, aim, eased);
     const length = from.distanceTo(target) * (1 - eased) + to.distanceTo(aim) * eased;

@@ -14,12 +14,12 @@ vi.mock("../session", () => ({
     if (method === "arm.home") throw new Error("is not waited for");
     return { objects: [], scenarios: [] };
   },
-  notified: new Set(),
-  shown: () => ({ arm: "arm" }),
+  notificationListeners: new Set(),
+  shownArm: () => ({ arm: "arm" }),
 }));
 const store = await import("../store");
-const { begin } = await import("./seen");
-const { inAir } = await import("../run/paper");
+const { loadScenario: begin } = await import("./seen");
+const { heightAboveTable: inAir } = await import("../run/paper");
 
 beforeEach(() => {
   asked.length = 0;

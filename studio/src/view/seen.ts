@@ -1,8 +1,8 @@
 // World of a virtual arm as last read, for its panel and for the picture.
 import { effect, signal } from "@preact/signals";
-import { homed, tried } from "../actions";
+import { attempt, homeShownArm } from "../actions";
 import type { Result } from "../client";
-import { call, shown } from "../session";
+import { call, shownArm } from "../session";
 import * as store from "../store";
 import { until } from "../until";
 import { type Lines, show, USUAL_TABLE } from "./layers";
@@ -14,83 +14,84 @@ export const world = signal<World | null>(null);
 /** Drawing in the world. The object is kept while the drawing does not change. */
 export const drawn = signal<{ svg: string; strokes: Stroke[] }>({ svg: "", strokes: [] });
 /** True if the arm has no world that can be read. */
-export const worldless = signal(false);
+export const hasNoWorld = signal(false);
 
 /** Polling interval, ms: for the world panel, for others, and while an object is carried. */
-const PAUSES = { own: 250, other: 1000, moving: 100 };
+const POLL_INTERVALS = { own: 250, other: 1000, moving: 100 };
 /** Limit of drawn coordinates, mm. */
-const FAR = 420;
+const MAX_COORDINATE = 420;
 let watchers = 0;
 let timer: ReturnType<typeof setTimeout> | undefined;
-let seenOf: string | null = null;
+let worldOf: string | null = null;
 
 /** Polls the world until the returned function is called. */
 export function watchWorld(): () => void {
-  if (watchers++ === 0) void look();
+  if (watchers++ === 0) void readWorld();
   return () => {
     if (--watchers === 0) clearTimeout(timer);
   };
 }
 
 /** Reads the world immediately, after a change. */
-export async function look(): Promise<void> {
+export async function readWorld(): Promise<void> {
   clearTimeout(timer);
-  const { arm } = shown();
-  if (seenOf !== arm) forget(arm);
-  if (store.socket.value === "up" && store.arm.value?.virtual === true && !worldless.value && !document.hidden) {
+  const { arm } = shownArm();
+  if (worldOf !== arm) forget(arm);
+  if (store.socket.value === "up" && store.arm.value?.virtual === true && !hasNoWorld.value && !document.hidden) {
     try {
       const mark = world.value?.mark;
       const seen = await call("world.look", { arm, ...(mark === undefined ? {} : { mark }) });
-      if (arm === store.armName.value) take(seen);
+      if (arm === store.armName.value) applyWorld(seen);
     } catch (error) {
-      worldless.value = (error as { data?: { kind?: string } }).data?.kind === "unsupported";
+      hasNoWorld.value = (error as { data?: { kind?: string } }).data?.kind === "unsupported";
     }
   }
   clearTimeout(timer);
   const moves = store.state.value?.moving === true && (world.value?.objects.length ?? 0) > 0;
   if (watchers > 0)
     timer = setTimeout(
-      () => void look(),
-      moves ? PAUSES.moving : store.route.value === "world" ? PAUSES.own : PAUSES.other,
+      () => void readWorld(),
+      moves ? POLL_INTERVALS.moving : store.route.value === "world" ? POLL_INTERVALS.own : POLL_INTERVALS.other,
     );
 }
 
 /** Time within which an arm reports after power-up that it is not homed, ms. */
-const SOON = 600;
+const HOMING_REPORT_TIME = 600;
 
 /**
  * Power-cycles the arm in the world of a scenario. Returns the names of its objects. The page's own
  * arm is homed at once; another arm is homed again if it was homed and `homes` is true.
  */
-export async function begin(text: string, homes = true): Promise<string[]> {
+export async function loadScenario(text: string, homes = true): Promise<string[]> {
   const wasHomed = store.isHomed.value === true;
-  const { objects } = await call("world.scenario", { ...shown(), text });
+  const { objects } = await call("world.scenario", { ...shownArm(), text });
   // The measured table and paper belong to the former world.
-  const { leave } = await import("../run/surface");
+  const { forgetIfMeasured: leave } = await import("../run/surface");
   await leave();
-  void look();
-  if (homes && wasHomed && (await until(() => store.isHomed.value === false, SOON))) void tried(homed);
+  void readWorld();
+  if (homes && wasHomed && (await until(() => store.isHomed.value === false, HOMING_REPORT_TIME)))
+    void attempt(homeShownArm);
   return objects;
 }
 
 /** The same for a built-in scenario. Returns false if there is no scenario of this name. */
 export async function loadBuiltIn(name: string, homes = true): Promise<boolean> {
-  const { scenarios } = await call("world.scenarios", shown());
+  const { scenarios } = await call("world.scenarios", shownArm());
   const found = scenarios.find((one) => one.name === name);
   if (found === undefined) return false;
-  await begin(found.text, homes);
-  await look();
+  await loadScenario(found.text, homes);
+  await readWorld();
   return true;
 }
 
 function forget(arm: string): void {
-  seenOf = arm;
+  worldOf = arm;
   world.value = null;
-  worldless.value = false;
+  hasNoWorld.value = false;
   drawn.value = { svg: "", strokes: [] };
 }
 
-function take(seen: World): void {
+function applyWorld(seen: World): void {
   if (seen.strokes !== null) drawn.value = { svg: seen.drawing ?? "", strokes: seen.strokes };
   if (JSON.stringify(seen) !== JSON.stringify(world.value)) world.value = seen;
 }
@@ -98,12 +99,15 @@ function take(seen: World): void {
 /** Darkness of a stroke, in steps of a tenth. A burnt stroke's depends on its power. */
 export const darkness = ({ burnt, power }: Stroke): number => (burnt ? Math.max(1, Math.round(power / 10)) / 10 : 1);
 
-const within = ([least = -FAR, most = FAR]: number[]): [number, number] => [Math.max(-FAR, least), Math.min(FAR, most)];
+const clampRange = ([least = -MAX_COORDINATE, most = MAX_COORDINATE]: number[]): [number, number] => [
+  Math.max(-MAX_COORDINATE, least),
+  Math.min(MAX_COORDINATE, most),
+];
 
 effect(() => {
   const table = world.value?.table ?? null;
   const height = table?.height ?? USUAL_TABLE;
-  const [x, y] = [within(table?.x ?? []), within(table?.y ?? [])];
+  const [x, y] = [clampRange(table?.x ?? []), clampRange(table?.y ?? [])];
   const sheet = [
     [x[0], y[0]],
     [x[1], y[0]],

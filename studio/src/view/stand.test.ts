@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { mountedOf } from "./mounted";
 import { standOn, supportOf } from "./stand";
-import { tinted } from "./tint";
+import { mutedColor } from "./tint";
 
 const SHOULDER = 138;
 test("the base stands on the table, a sheet's thickness below what the tip touches", () => {
@@ -37,10 +37,10 @@ test("the mounted tool is the one that draws, else the one switched, else the on
 });
 
 test("glaring colours are softened, others are kept", () => {
-  expect(tinted("#ff0000")).toBe("#d8544f");
-  expect(tinted("#00a000")).toBe("#46a671");
-  expect(tinted("#0000ff")).toBe("#4479d4");
-  expect(tinted("#c08070")).toBe("#c08070");
-  expect(tinted("#808080")).toBe("#808080");
-  expect(tinted("--belt")).toBe("--belt");
+  expect(mutedColor("#ff0000")).toBe("#d8544f");
+  expect(mutedColor("#00a000")).toBe("#46a671");
+  expect(mutedColor("#0000ff")).toBe("#4479d4");
+  expect(mutedColor("#c08070")).toBe("#c08070");
+  expect(mutedColor("#808080")).toBe("#808080");
+  expect(mutedColor("--belt")).toBe("--belt");
 });

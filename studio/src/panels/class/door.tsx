@@ -7,26 +7,26 @@ import { apiUrl, connect, keptPupil } from "../../session";
 import * as store from "../../store";
 import { Card, TextField } from "../../ui/parts";
 import { Connect } from "../connect";
-import { AtStations, placeOf } from "./hub";
+import { StationsCard, signInPlace } from "./hub";
 import { w } from "./words";
 
 /** Reason for a refused sign-in, in the page's language. */
-function faultOf(of: "pupil" | "pin"): string | undefined {
+function faultText(of: "pupil" | "pin"): string | undefined {
   const fault = store.signInFault.value;
   if (fault?.of !== of) return undefined;
-  if (Array.isArray(fault.machines)) return placeOf(fault.machines);
+  if (Array.isArray(fault.machines)) return signInPlace(fault.machines);
   if (typeof fault.wait === "number") return w("door.wait", { seconds: Math.ceil(fault.wait) });
   return w(of === "pin" ? "door.pin.wrong" : "door.wrong");
 }
 
-export function Door() {
+export function SignIn() {
   const slip = fromSlip.value;
   const name = useSignal(slip?.name ?? keptPupil());
   const code = useSignal(slip?.code ?? "");
   const pin = useSignal("");
   const refused = useSignal(false);
   const url = apiUrl(location.origin);
-  const faults = { pupil: faultOf("pupil"), pin: faultOf("pin") };
+  const faults = { pupil: faultText("pupil"), pin: faultText("pin") };
   const signIn = (event: Event) => {
     event.preventDefault();
     if (url !== null && name.value.trim() !== "") connect(url, code.value.trim(), name.value.trim());
@@ -42,7 +42,7 @@ export function Door() {
   const isSure = !store.hub.value && (hasClass.value || slip !== null);
   return (
     <>
-      {store.hub.value ? <AtStations /> : null}
+      {store.hub.value ? <StationsCard /> : null}
       <Card title={w("door.title")} class="arms door">
         <form class="door-form" onSubmit={signIn} hidden={store.hub.value}>
           <TextField

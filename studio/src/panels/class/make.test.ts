@@ -1,9 +1,9 @@
 import { expect, test } from "vitest";
-import { namesOf, repeatedIn } from "./make";
+import { duplicateName, parseNames } from "./make";
 
 test("duplicate names are found regardless of case", () => {
-  expect(repeatedIn("Ada\nBen\nada")).toBe("ada");
-  expect(repeatedIn("Ada, Ben; Ada")).toBe("Ada");
-  expect(repeatedIn("Ada\nBen\nAda B")).toBe(undefined);
-  expect(namesOf(" Ada \n\nChen   Li")).toEqual(["Ada", "Chen Li"]);
+  expect(duplicateName("Ada\nBen\nada")).toBe("ada");
+  expect(duplicateName("Ada, Ben; Ada")).toBe("Ada");
+  expect(duplicateName("Ada\nBen\nAda B")).toBe(undefined);
+  expect(parseNames(" Ada \n\nChen   Li")).toEqual(["Ada", "Chen Li"]);
 });

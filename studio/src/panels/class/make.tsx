@@ -1,38 +1,38 @@
 // Form for a class: its pupils, arms and the length of a turn. Also changes and ends it.
 import { useSignal } from "@preact/signals";
-import { tried } from "../../actions";
+import { attempt } from "../../actions";
 import { hasClass } from "../../class";
 import { isPin } from "../../pairing";
 import { call, keepTeaching, keptToken, signOut } from "../../session";
-import { toggled } from "../../settings";
+import { withMember } from "../../settings";
 import * as store from "../../store";
-import { Card, Do, Field, NumberInput } from "../../ui/parts";
-import { type Roll, read, roll } from "./roll";
+import { Button, Card, Field, NumberInput } from "../../ui/parts";
+import { type Roll, readRoll, roll } from "./roll";
 import { w } from "./words";
 
 /** Default length of a turn, minutes. */
-const TURN = 5;
+const DEFAULT_TURN_MINUTES = 5;
 
-const listed = (text: string): string[] =>
+const splitNames = (text: string): string[] =>
   text
     .split(/[\n,;\t]+/)
     .map((name) => name.trim().replace(/\s+/g, " "))
     .filter((name) => name !== "");
 /** Names from pasted text, one per line or separated by commas, without duplicates. */
-export const namesOf = (text: string): string[] => [...new Set(listed(text))];
+export const parseNames = (text: string): string[] => [...new Set(splitNames(text))];
 
 /** A name that stands there more than once: the station takes both for one pupil, whichever letters are large. */
-export const repeatedIn = (text: string): string | undefined => {
-  const names = listed(text).map((name) => name.toLowerCase());
-  return listed(text).find((name, nth) => names.indexOf(name.toLowerCase()) < nth);
+export const duplicateName = (text: string): string | undefined => {
+  const names = splitNames(text).map((name) => name.toLowerCase());
+  return splitNames(text).find((name, nth) => names.indexOf(name.toLowerCase()) < nth);
 };
 
 /** Arms that pupils of the class may use; if the class names none, all of the station. */
-const armsOf = (now: Roll | null): string[] =>
+const armsOfClass = (now: Roll | null): string[] =>
   now?.class?.arms.length ? now.class.arms : store.arms.value.map(({ name }) => name);
 
 /** Offset of this browser's clock from UTC, such as `+01:00`. */
-function offsetNow(): string {
+function utcOffset(): string {
   const minutes = -new Date().getTimezoneOffset();
   const two = (n: number) => String(Math.trunc(Math.abs(n))).padStart(2, "0");
   return `${minutes < 0 ? "-" : "+"}${two(minutes / 60)}:${two(minutes % 60)}`;
@@ -40,12 +40,12 @@ function offsetNow(): string {
 
 function Form({ now, done }: { now: Roll | null; done: () => void }) {
   const names = useSignal((now?.pupils ?? []).map(({ name }) => name).join("\n"));
-  const arms = useSignal<ReadonlySet<string>>(new Set(armsOf(now)));
-  const minutes = useSignal(now?.class ? now.class.turn_s / 60 : TURN);
+  const arms = useSignal<ReadonlySet<string>>(new Set(armsOfClass(now)));
+  const minutes = useSignal(now?.class ? now.class.turn_s / 60 : DEFAULT_TURN_MINUTES);
   const all = store.arms.value.map(({ name }) => name);
-  const given = namesOf(names.value);
+  const given = parseNames(names.value);
   const long = given.find((name) => name.length > 40);
-  const twice = repeatedIn(names.value);
+  const twice = duplicateName(names.value);
   const off = given.length === 0 || long !== undefined || twice !== undefined || arms.value.size === 0;
   const whyNot = () => {
     if (long !== undefined) return w("make.long", { name: long });
@@ -54,18 +54,18 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
   };
   const why = whyNot();
   const make = () =>
-    tried(async () => {
+    attempt(async () => {
       const loses = now?.pupils.some(({ group }) => group !== null);
       if (loses && !(await store.ask(w("make.change"), w("make.loses"), w("make.change")))) return;
       const some = all.filter((name) => arms.value.has(name));
       const { pin } = await call("class.set", {
         names: given,
         turn_s: Math.round(minutes.value * 60),
-        offset: offsetNow(),
+        offset: utcOffset(),
         ...(some.length === all.length ? {} : { arms: some }),
       });
       keepTeaching(pin);
-      void read();
+      void readRoll();
       done();
     });
   return (
@@ -89,7 +89,7 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
               type="checkbox"
               data-testid={`class-arm-${name}`}
               checked={arms.value.has(name)}
-              onChange={(event) => (arms.value = toggled(arms.value, name, event.currentTarget.checked))}
+              onChange={(event) => (arms.value = withMember(arms.value, name, event.currentTarget.checked))}
             />{" "}
             {name}
           </label>
@@ -108,7 +108,7 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
         <small>{w("make.turn.hint")}</small>
       </Field>
       <div class="buttons-row">
-        <Do
+        <Button
           id="class-make"
           class="primary"
           off={off}
@@ -126,15 +126,15 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
   );
 }
 
-async function end(): Promise<void> {
+async function endClass(): Promise<void> {
   if (!(await store.ask(w("make.end"), w("make.end.text"), w("make.end")))) return;
   await call("class.set", { text: "" });
-  await read();
+  await readRoll();
   // Without a class, users of this computer are teachers again, and the PIN is no longer valid.
   if (isPin(keptToken())) signOut();
 }
 
-export function Make() {
+export function ClassEditor() {
   const isOpen = useSignal(false);
   const now = roll.value;
   if (!hasClass.value) {
@@ -148,14 +148,14 @@ export function Make() {
   if (now === null) return null;
   const more = (
     <div class="buttons-row">
-      <Do
+      <Button
         id="class-change"
         class="quiet small"
         aria-expanded={isOpen.value}
         text={w("make.change")}
         press={() => (isOpen.value = !isOpen.value)}
       />
-      <Do id="class-end" class="quiet small" text={w("make.end")} press={() => tried(end)} />
+      <Button id="class-end" class="quiet small" text={w("make.end")} press={() => attempt(endClass)} />
     </div>
   );
   return (
