@@ -1,8 +1,8 @@
 // Client for the methods of a station, behind a worker that has a WebSocket or contains the
 // station.
 import type { Methods, Notifications } from "./api";
-import { type FromWorker, NO_WORKER, type RpcMessage, type ToWorker } from "./carrier";
 import { recordJump } from "./clock";
+import { type FromWorker, NO_WORKER, type RpcMessage, type ToWorker } from "./messages";
 
 export type Method = keyof Methods;
 export type Params<M extends Method> = Methods[M]["params"];

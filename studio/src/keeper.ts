@@ -1,6 +1,6 @@
 // Keeps a held jog alive in the worker. The page's main thread may be busy for a moment, but a jog
 // must end if it hangs.
-import type { RpcMessage } from "./carrier";
+import type { RpcMessage } from "./messages";
 
 /**
  * Silence of the main thread after which it counts as hung, ms, because the user could not release

@@ -14,7 +14,7 @@ import * as store from "./store";
 import { App } from "./ui/app";
 import { loadPanel } from "./ui/routes";
 import { followHistory, restoreScroll } from "./ui/scroll";
-import "./unseen";
+import "./hidden";
 
 function followHash(): void {
   const [wanted = "", query] = location.hash.replace(/^#\//, "").split("?");

@@ -1,8 +1,8 @@
 // Pictures drawn by virtual arms, stored in the browser for the teacher's view, so that a reload
 // keeps them.
 import { log } from "./log";
-import { filterStored, isListOf, isMap, isObjectOf, isText } from "./shelf";
 import type { Picture } from "./site";
+import { filterStored, isListOf, isMap, isObjectOf, isText } from "./storage";
 import { toReader } from "./view/flat";
 
 const STORE_NAME = "pictures";

@@ -1,6 +1,6 @@
 // Serial line to a real arm: a port of the browser, opened in the worker. A lost port is searched
 // for and reopened.
-import { PORT_BUSY, PORT_GONE } from "./carrier";
+import { PORT_BUSY, PORT_GONE } from "./messages";
 
 /** Undefined in browsers without Web Serial. */
 export const serial: Serial | undefined = navigator.serial;

@@ -2,7 +2,6 @@
 // store.
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
-import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, type RpcMessage, SERIAL, SIM, type ToWorker } from "./carrier";
 import {
   Client,
   CONNECTION_ENDED,
@@ -14,6 +13,7 @@ import {
 } from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
+import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, type RpcMessage, SERIAL, SIM, type ToWorker } from "./messages";
 import { isPin } from "./pairing";
 import { choosePort } from "./serial";
 import { lastArm, lastBackend, ownName, readMatching, writeValue } from "./settings";

@@ -11,9 +11,9 @@ import { t } from "./i18n";
 import { newest, storedPictures as pictured, updatePictures } from "./results";
 import { isActive } from "./run/jobs";
 import { call, notificationListeners } from "./session";
-import * as shelf from "./shelf";
+import * as shelf from "./storage";
 import * as store from "./store";
-import type { Stroke } from "./view/seen";
+import type { Stroke } from "./view/world";
 
 /**
  * Requests for states per second for all arms in view together, as far as `MAX_INTERVAL_IN_VIEW`

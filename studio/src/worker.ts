@@ -1,9 +1,10 @@
 // Worker that owns the connection: a WebSocket to a station, or the station itself with a virtual
 // arm or with a real one at a serial port.
-import { type FromWorker, PORT_GONE, type RpcMessage, SERIAL, SIM, type ToWorker } from "./carrier";
+
 import { JogKeeper } from "./keeper";
+import { type FromWorker, PORT_GONE, type RpcMessage, SERIAL, SIM, type ToWorker } from "./messages";
 import { SerialLine } from "./serial";
-import { WorkerStation } from "./sim";
+import { WorkerStation } from "./station";
 
 const post = (message: FromWorker) => postMessage(message);
 

@@ -6,13 +6,13 @@ import { t } from "../i18n";
 import { benches } from "../run/bench";
 import * as check from "../run/check";
 import * as library from "../run/programs";
-import type { Workshop } from "../run/shop";
+import type { Workshop } from "../run/workshop";
 import { connectSim } from "../session";
 import * as store from "../store";
 import * as teach from "../teach/actions";
 import { loadPanel } from "../ui/routes";
 import { until } from "../until";
-import { loadBuiltIn } from "../view/seen";
+import { loadBuiltIn } from "../view/world";
 import type { Example } from "./examples";
 
 /** Timeouts for the page's own virtual arm, and for the station to report who has control, ms. */

@@ -1,6 +1,6 @@
 import { t } from "../i18n";
 import * as store from "../store";
-import { lazy } from "../ui/later";
+import { lazy } from "../ui/lazy";
 import { ArmView } from "../view/view";
 import { Connect } from "./connect";
 import { FirstSteps } from "./first";

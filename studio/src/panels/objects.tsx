@@ -10,7 +10,7 @@ import * as program from "../teach/rows";
 import { w } from "../teach/words";
 import { Button, Card } from "../ui/parts";
 import "./objects.css";
-import { watchWorld, world } from "../view/seen";
+import { watchWorld, world } from "../view/world";
 
 const ROW_NAMES = {
   above: (name: string) => w("objects.above", { name }),

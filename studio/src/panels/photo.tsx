@@ -5,7 +5,7 @@ import type { Bench } from "../run/bench";
 import { type Item, rotated } from "../run/items";
 import * as paper from "../run/paper";
 import * as library from "../run/programs";
-import { entryOf } from "../run/shop";
+import { entryOf } from "../run/workshop";
 import * as store from "../store";
 import { Button, Card, Field, Range, TextField } from "../ui/parts";
 import { boundsOf, pathOf } from "../view/flat";

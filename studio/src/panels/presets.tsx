@@ -7,7 +7,7 @@ import type { Preset } from "../api";
 import { t } from "../i18n";
 import { save } from "../log";
 import type { Bench } from "../run/bench";
-import { requireValid } from "../run/shop";
+import { requireValid } from "../run/workshop";
 import { call } from "../session";
 import * as store from "../store";
 import { Button, Card, OpenFile, TextField } from "../ui/parts";

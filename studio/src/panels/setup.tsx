@@ -9,12 +9,12 @@ import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import { heightAboveTable } from "../run/paper";
 import * as library from "../run/programs";
-import { optionFault } from "../run/shop";
 import * as surface from "../run/surface";
 import { labelOf, optionText, plainNoteText } from "../run/words";
+import { optionFault } from "../run/workshop";
 import * as store from "../store";
 import { Button, Pick, TextField } from "../ui/parts";
-import { loadBuiltIn, world } from "../view/seen";
+import { loadBuiltIn, world } from "../view/world";
 import { Problem, Remedies } from "./remedies";
 import "./run.css";
 

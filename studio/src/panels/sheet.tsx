@@ -11,7 +11,7 @@ import { call } from "../session";
 import * as store from "../store";
 import { Button, Field, NumberInput } from "../ui/parts";
 import { boundsOf, type Frame, pathOf, READER, ratioOf, viewBox } from "../view/flat";
-import { watchWorld } from "../view/seen";
+import { watchWorld } from "../view/world";
 import { sentencesOf } from "../words";
 import "./sheet.css";
 import texts from "./sheet.json";

@@ -7,7 +7,7 @@ import * as jobs from "../run/jobs";
 import * as store from "../store";
 import * as actions from "../teach/actions";
 import * as program from "../teach/rows";
-import { useFileDrop } from "../ui/dropped";
+import { useFileDrop } from "../ui/filedrop";
 import { Button, Card, NumberInput, OpenFile, Pick, Reason, Repetitions, Switch, TextField } from "../ui/parts";
 import { ArmView } from "../view/view";
 import { ArmLaser } from "./armlaser";

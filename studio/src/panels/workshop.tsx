@@ -9,7 +9,7 @@ import { hasFills } from "../run/fills";
 import * as jobs from "../run/jobs";
 import * as paper from "../run/paper";
 import * as library from "../run/programs";
-import { entryOf } from "../run/shop";
+import { entryOf } from "../run/workshop";
 import * as store from "../store";
 import { Button, Card, DropZone, Field, OpenFile, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";

@@ -8,7 +8,7 @@ import texts from "../panels/workshop.json";
 import { call, shownArm } from "../session";
 import * as store from "../store";
 import { boundsOf, type Points } from "../view/flat";
-import { readWorld, world } from "../view/seen";
+import { readWorld, world } from "../view/world";
 import { sentencesOf } from "../words";
 import { History } from "./history";
 import {
@@ -37,12 +37,12 @@ import {
   withPartDrawn,
 } from "./items";
 import * as jobs from "./jobs";
-import { storedWorkshop } from "./leftdoc";
 import { corners, occupiedFrames, rotateOf, turnOf, uprightRotation } from "./paper";
 import { freeSpot, overlaps, type Room } from "./room";
 import { type Shape, svgOf } from "./shapes";
-import { entryOf, isRelevant, optionsOf, requireValid, type Source, setupOf, type Values, Workshop } from "./shop";
+import { storedWorkshop } from "./stored";
 import { sheet } from "./surface";
+import { entryOf, isRelevant, optionsOf, requireValid, type Source, setupOf, type Values, Workshop } from "./workshop";
 
 const w = sentencesOf(texts);
 

@@ -2,7 +2,7 @@
 // resume of a job asks here.
 import { signal } from "@preact/signals";
 import type { Key } from "../i18n";
-import * as shelf from "../shelf";
+import * as shelf from "../storage";
 import * as store from "../store";
 
 /** True while the user has armed the laser. Arming is for one job. */

@@ -1,6 +1,6 @@
 // Workshop of the open route, as its panels use it.
 import { computed, type ReadonlySignal, signal } from "@preact/signals";
-import { RunWorkshop, type Workshop } from "./shop";
+import { RunWorkshop, type Workshop } from "./workshop";
 
 export const runWorkshop = new RunWorkshop();
 /** Workshop of the open route. */

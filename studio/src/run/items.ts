@@ -2,7 +2,7 @@
 import type { Report } from "../api";
 import { boundsOf, type Points } from "../view/flat";
 import type { Shape } from "./shapes";
-import type { Source, Values } from "./shop";
+import type { Source, Values } from "./workshop";
 
 export interface Place {
   at: [x: number, y: number];

@@ -7,8 +7,8 @@ import { type Key, t } from "../i18n";
 import { call, notificationListeners, shownArm } from "../session";
 import * as store from "../store";
 import { until } from "../until";
-import { noteRefusal, restartOrder, storeOrder } from "./again";
 import { jobBurns, mayBurn, rememberJob, whyUnarmed } from "./burn";
+import { noteRefusal, restartOrder, storeOrder } from "./restart";
 
 /** Jobs, newest last, as the station sends them. */
 export const jobs = signal<Job[]>([]);

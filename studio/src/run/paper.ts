@@ -6,7 +6,7 @@ import { call, shownArm } from "../session";
 import * as store from "../store";
 import { until } from "../until";
 import { type Frame, type Points, UPRIGHT } from "../view/flat";
-import { drawn, readWorld, world } from "../view/seen";
+import { drawn, readWorld, world } from "../view/world";
 import * as jobs from "./jobs";
 import { clusters } from "./room";
 import { sheet } from "./surface";

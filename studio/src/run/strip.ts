@@ -1,7 +1,7 @@
 // Job in the strip below the header: the current one, then how it ended, until it is closed.
 import { computed, effect, signal } from "@preact/signals";
 import type { Job } from "../api";
-import { readStored, writeStored } from "../shelf";
+import { readStored, writeStored } from "../storage";
 import * as store from "../store";
 import * as jobs from "./jobs";
 

@@ -1,5 +1,5 @@
 // Rows that pick an object up and put it on another: positions of the tool, its actions, and waits.
-import type { World } from "../view/seen";
+import type { World } from "../view/world";
 import type { Row } from "./rows";
 
 export type WorldObject = World["objects"][number];

@@ -4,7 +4,7 @@
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { Methods, Row as PlanRow } from "../api";
 import { withMember } from "../settings";
-import { Document, isEither, isFlag, isListOf, isMap, isNull, isNumber, isObjectOf, isText, isUnset } from "../shelf";
+import { Document, isEither, isFlag, isListOf, isMap, isNull, isNumber, isObjectOf, isText, isUnset } from "../storage";
 
 export type Row = Omit<PlanRow, "motion"> & { motion: Motion | null };
 export type Taught = Omit<Methods["teach.rows"]["result"], "rows"> & { rows: Row[] };

@@ -1,9 +1,9 @@
 import { t } from "../i18n";
 import * as store from "../store";
-import { SidePanel } from "./beside";
 import { Dialogs } from "./dialogs";
 import { Alarms, Header, LastActivity, LinkLost, UpdateOffer } from "./header";
 import { Panel, Strip } from "./routes";
+import { SidePanel } from "./sidepanel";
 
 export function App() {
   const route = store.route.value;

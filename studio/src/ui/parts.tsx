@@ -3,7 +3,7 @@ import { type Signal, useSignal } from "@preact/signals";
 import type { ButtonHTMLAttributes, ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
 import { parseNumber } from "../numbers";
-import { useFileDrop } from "./dropped";
+import { useFileDrop } from "./filedrop";
 
 interface ChoiceProps<T extends string> {
   name: string;

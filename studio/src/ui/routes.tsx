@@ -4,7 +4,7 @@ import type { ComponentType } from "preact";
 import { t } from "../i18n";
 import { Move } from "../panels/move";
 import * as store from "../store";
-import { lazy } from "./later";
+import { lazy } from "./lazy";
 import { Button } from "./parts";
 
 const LAZY_PANELS: Partial<Record<store.Route, () => Promise<ComponentType>>> = {

@@ -12,9 +12,9 @@ import { layers, onTablePressed, target } from "./layers";
 import { mountedOf } from "./mounted";
 import { reach } from "./reach";
 import "./scene.css";
-import { world } from "./seen";
 import { ArmScene } from "./stage";
 import texts from "./words.json";
+import { world } from "./world";
 
 const w = sentencesOf(texts);
 /** Zoom factor of a button. */

@@ -5,12 +5,12 @@ import * as store from "../../store";
 import { Card } from "../../ui/parts";
 import { Site } from "../site";
 import { Conduct } from "./conduct";
-import { SignIn } from "./door";
+import { ClassEditor } from "./editor";
 import { StationsCard } from "./hub";
-import { ClassEditor } from "./make";
 import { PupilPage } from "./pupil";
 import { Pupils } from "./pupils";
 import { Results } from "./results";
+import { SignIn } from "./signin";
 import { Slips, slips } from "./slips";
 import "./class.css";
 

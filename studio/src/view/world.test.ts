@@ -18,7 +18,7 @@ vi.mock("../session", () => ({
   shownArm: () => ({ arm: "arm" }),
 }));
 const store = await import("../store");
-const { loadScenario: begin } = await import("./seen");
+const { loadScenario: begin } = await import("./world");
 const { heightAboveTable: inAir } = await import("../run/paper");
 
 beforeEach(() => {

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Option } from "../api";
-import { optionFault, requireValid, setupOf } from "./shop";
+import { optionFault, requireValid, setupOf } from "./workshop";
 
 const option = (name: string) => ({ name, kind: "text", usual: false, choices: [] }) as unknown as Option;
 

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import type { Job } from "../api";
 import { RpcError } from "../client";
-import { noteRefusal, restartOrder, storeOrder } from "./again";
+import { noteRefusal, restartOrder, storeOrder } from "./restart";
 
 const job = (id: string) => ({ job: id }) as Job;
 const code = "nothing-to-resume";

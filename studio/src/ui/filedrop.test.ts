@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import * as store from "../store";
-import { handleDrop } from "./dropped";
+import { handleDrop } from "./filedrop";
 
 const drop = (types: string[], isTaken = false) => {
   const event = new Event("drop", { cancelable: true }) as DragEvent;

@@ -1,6 +1,6 @@
 // Library of the virtual arm's station, stored in the browser (OPFS), because the module has it in
 // memory only.
-import type { RpcMessage } from "./carrier";
+import type { RpcMessage } from "./messages";
 
 const FOLDER = "programs";
 

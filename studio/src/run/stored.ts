@@ -1,7 +1,7 @@
 // The objects of a workshop over a reload of the page: what lies on the sheet, and what is set of the job.
-import { Document, isEither, isListOf, isMapOf, isNull, isNumber, isObjectOf, isText, isUnset } from "../shelf";
+import { Document, isEither, isListOf, isMapOf, isNull, isNumber, isObjectOf, isText, isUnset } from "../storage";
 import type { Doc } from "./items";
-import type { Values } from "./shop";
+import type { Values } from "./workshop";
 
 export interface StoredWorkshop {
   doc: Doc;

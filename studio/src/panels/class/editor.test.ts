@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { duplicateName, parseNames } from "./make";
+import { duplicateName, parseNames } from "./editor";
 
 test("duplicate names are found regardless of case", () => {
   expect(duplicateName("Ada\nBen\nada")).toBe("ada");

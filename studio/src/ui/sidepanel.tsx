@@ -2,7 +2,7 @@
 import type { ComponentType } from "preact";
 import { reportError } from "../actions";
 import * as store from "../store";
-import { lazy } from "./later";
+import { lazy } from "./lazy";
 
 const lazyPart = (load: () => Promise<ComponentType>) => lazy(load, undefined, reportError);
 const Help = lazyPart(() => import("../help/help").then(({ Help }) => Help));

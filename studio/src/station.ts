@@ -1,9 +1,9 @@
 // Station in the worker: arm.wasm with a virtual arm or with a line to a real one, driven by the
 // worker's clock.
 import { load, type Station } from "../../crates/magician-wasm/node/shim.mjs";
-import { PORT_SILENT, type RpcMessage } from "./carrier";
 import { FilesWorker } from "./files";
-import { StoredLibrary } from "./kept";
+import { StoredLibrary } from "./library";
+import { PORT_SILENT, type RpcMessage } from "./messages";
 import type { SerialLine } from "./serial";
 
 /** Client of a session: receives its messages, and its end with a WebSocket close code. */
