@@ -7,7 +7,7 @@ import traceback
 
 # Timeout of operations that should complete at once, s. A success is noticed immediately, so only
 # failures wait this long. Generous, for a machine under load.
-PATIENCE = 60
+TIMEOUT = 60
 
 VERDICT = re.compile(r"(\d+) passed, (\d+) failed\n")
 

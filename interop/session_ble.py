@@ -16,7 +16,7 @@ import tempfile
 import threading
 import time
 
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from wire import Tcp
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -39,7 +39,7 @@ def python_with_dbus():
     raise AssertionError("no Python with dbus and gi; install dbus, python3-dbus and python3-gi")
 
 
-class Air:
+class MockBus:
     """Private bus with the BlueZ mock."""
 
     def __init__(self, home, tcp):
@@ -57,7 +57,7 @@ class Air:
 
     def crash(self):
         self.bluez.kill()
-        self.bluez.wait(PATIENCE)
+        self.bluez.wait(TIMEOUT)
 
     def start(self, command, **more):
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
@@ -72,7 +72,7 @@ class Air:
 
     def let_go(self):
         """Waits until there is no connection and no scan. Returns false after a timeout."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while (seen := self.seen())["connected"] or seen["scanning"]:
             if time.monotonic() > end:
                 return False
@@ -81,12 +81,12 @@ class Air:
 
     def close(self):
         self.bluez.stdin.close()
-        self.bluez.wait(PATIENCE)
+        self.bluez.wait(TIMEOUT)
         self.bus.kill()
-        self.bus.wait(PATIENCE)
+        self.bus.wait(TIMEOUT)
 
 
-class Desk:
+class ProgramRunner:
     """Runs the program against the mock."""
 
     def __init__(self, air, magician, tcp):
@@ -97,7 +97,7 @@ class Desk:
         begin = time.monotonic()
         command = [self.magician, "--port", port, "--json", *arguments]
         ended = subprocess.run(
-            command, input=script or "", capture_output=True, text=True, timeout=5 * PATIENCE, env=environment or self.air.environment
+            command, input=script or "", capture_output=True, text=True, timeout=5 * TIMEOUT, env=environment or self.air.environment
         )
         said = [json.loads(line) for line in (ended.stdout + ended.stderr).splitlines() if line.startswith("{")]
         return ended.returncode, said, time.monotonic() - begin
@@ -147,7 +147,7 @@ def stops(checks, desk):
     while desk.pose()[:3] == begun and moving.poll() is None:
         time.sleep(0.002)
     moving.send_signal(signal.SIGINT)
-    moving.communicate(timeout=PATIENCE)
+    moving.communicate(timeout=TIMEOUT)
     checks.equal("exit status", moving.returncode, 130)
     stopped = desk.pose()
     time.sleep(0.1)
@@ -249,7 +249,7 @@ class Shell:
     def __init__(self, desk):
         command = [desk.magician, "--port", "ble:Magician", "--json", "shell", "--keep-going"]
         self.process = desk.air.start(command, stderr=subprocess.STDOUT)
-        self.watchdog = threading.Timer(5 * PATIENCE, self.process.kill)
+        self.watchdog = threading.Timer(5 * TIMEOUT, self.process.kill)
         self.watchdog.start()
 
     def say(self, line):
@@ -260,7 +260,7 @@ class Shell:
                 return json.loads(answer)
         raise AssertionError("the shell has ended")
 
-    def until(self, line, good, seconds=PATIENCE):
+    def until(self, line, good, seconds=TIMEOUT):
         """Repeats a line until the answer is good. Returns the elapsed time."""
         begin = time.monotonic()
         while not good(answer := self.say(line)):
@@ -273,7 +273,7 @@ class Shell:
         self.process.stdin.close()
         self.process.stdout.read()
         self.watchdog.cancel()
-        return self.process.wait(PATIENCE)
+        return self.process.wait(TIMEOUT)
 
 
 def comes_back(checks, desk):
@@ -285,10 +285,10 @@ def comes_back(checks, desk):
     kinds = []
     took = shell.until("pose", lambda answer: kinds.append(answer) or "error" in answer)
     error = kinds[-1]["error"]
-    checks.ok(f"its loss is told: {error['message']}", error["kind"] == "port" and took < PATIENCE, f"{took:.2f} s")
+    checks.ok(f"its loss is told: {error['message']}", error["kind"] == "port" and took < TIMEOUT, f"{took:.2f} s")
     desk.air.do("come_back")
     took = shell.until("pose", lambda answer: "x" in answer)
-    checks.ok("it is found again", took < PATIENCE, f"{took:.2f} s")
+    checks.ok("it is found again", took < TIMEOUT, f"{took:.2f} s")
     checks.equal("connected to once each time", desk.air.seen()["asked"].count("connect"), 2)
     desk.air.do("power", on=False)
     kinds.clear()
@@ -296,7 +296,7 @@ def comes_back(checks, desk):
     checks.equal("Bluetooth switched off: told", kinds[-1]["error"]["kind"], "port")
     desk.air.do("power", on=True)
     took = shell.until("pose", lambda answer: "x" in answer)
-    checks.ok("and on again: found", took < PATIENCE, f"{took:.2f} s")
+    checks.ok("and on again: found", took < TIMEOUT, f"{took:.2f} s")
     desk.air.crash()
     kinds.clear()
     shell.until("pose", lambda answer: kinds.append(answer) or "error" in answer)
@@ -304,7 +304,7 @@ def comes_back(checks, desk):
     desk.air.begin()
     desk.air.do("set", around=AROUND)
     took = shell.until("pose", lambda answer: "x" in answer)
-    checks.ok("and is started again: found", took < PATIENCE, f"{took:.2f} s")
+    checks.ok("and is started again: found", took < TIMEOUT, f"{took:.2f} s")
     shell.close()
     checks.ok("it is let go", desk.air.let_go())
 
@@ -344,7 +344,7 @@ def refusals(checks, desk):
     air.do("set", around=AROUND)
     status, message, seconds = desk.error("pose", port="ble:Dobot")
     named = "Magician (C0:FF:EE:00:00:01)" in message and "Pulse 5 (AA:00:00:00:00:01)" in message and "AA:00:00:00:00:02 (no name)" in message
-    checks.ok(f"a wrong name: {message}", status == PORT and named and seconds < PATIENCE, f"{seconds:.1f} s")
+    checks.ok(f"a wrong name: {message}", status == PORT and named and seconds < TIMEOUT, f"{seconds:.1f} s")
     checks.ok("and the scan has ended", air.let_go())
 
     twin = ARM | {"address": "C0:FF:EE:00:00:02"}
@@ -384,10 +384,10 @@ def refusals(checks, desk):
 def without_bluez(checks, magician, tcp):
     print("no BlueZ")
     with tempfile.TemporaryDirectory(prefix="magician-ble-") as home:
-        air = Air(home, tcp)
+        air = MockBus(home, tcp)
         air.bluez.stdin.close()
-        air.bluez.wait(PATIENCE)
-        status, message, _ = Desk(air, magician, tcp).error("pose")
+        air.bluez.wait(TIMEOUT)
+        status, message, _ = ProgramRunner(air, magician, tcp).error("pose")
         checks.ok(f"it is not running: {message}", status == PORT and "does not run" in message)
         air.close()
 
@@ -400,8 +400,8 @@ def main():
         checks.ok("the program was built with Bluetooth", False, help_text.strip())
         checks.finish()
     with tempfile.TemporaryDirectory(prefix="magician-ble-") as home:
-        air = Air(home, int(tcp))
-        desk = Desk(air, magician, int(tcp))
+        air = MockBus(home, int(tcp))
+        desk = ProgramRunner(air, magician, int(tcp))
         for part in (looks_and_moves, stops, either_way_round, widths, streams, rates, comes_back, never_twice, refusals):
             checks.section(part, desk)
         air.close()

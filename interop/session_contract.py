@@ -30,7 +30,7 @@ import termios
 import time
 
 import arm as model
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from wire import ALARMS, GET, INDEX, POSE, QUEUED, SET, TIME, Observer, Pty, Tcp, Udp
 from wire import check_durations, floats, frame, open_eventually, split
 
@@ -55,7 +55,7 @@ def go(link, *target, mode=model.MOVJ_XYZ):
     return link.pose()
 
 
-def rest(link, timeout=PATIENCE):
+def rest(link, timeout=TIMEOUT):
     """Waits until two consecutive poses are equal."""
     end, last, pose = time.monotonic() + timeout, None, link.pose()
     while pose != last:
@@ -429,7 +429,7 @@ def immediate_motion(checks, link):
     checks.near("and moves", rest(link)[:3], (235, 10, 10))
     checks.equal("home is answered empty", link.ask(HOME, SET), b"")
     time.sleep(0.3)
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + TIMEOUT
     while math.dist(link.pose()[:3], (259.10413, 0, -8.48528)) > 1e-2 and time.monotonic() < end:
         time.sleep(0.05)
     checks.near("and homes", rest(link), (259.10413, 0, -8.48528, 0, 0, 45, 45, 0), 1e-2)
@@ -444,7 +444,7 @@ def jog(checks, link):
     link.ask(70, SET, struct.pack("<8f", 1, 1, 1, 1, 50, 50, 50, 50))
     index = link.queue(JOG, b"\0\2")
     checks.equal("its index is finished at once", link.wait(index), index)
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + TIMEOUT
     while link.pose()[0] > 195 and time.monotonic() < end:
         time.sleep(0.01)
     first, second = link.pose(), (time.sleep(0.1), link.pose())[1]
@@ -453,7 +453,7 @@ def jog(checks, link):
     stopped = rest(link)
     checks.near("it stops on command 0, on its line", stopped[1:4], (0, 30, 0), 0.01)
     link.queue(JOG, b"\1\1")
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + TIMEOUT
     while link.pose()[4] < 2 and time.monotonic() < end:
         time.sleep(0.01)
     link.ask(JOG, SET, b"\1\0")

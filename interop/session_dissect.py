@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from sim import Sim
 from wire import GET, QUEUED, SET, Tcp, frame, split
 
@@ -146,7 +146,7 @@ def dissected(path, *more):
     """Returns every frame and every run of foreign bytes in a file, as the fields that tshark
     reports."""
     command = ["tshark", "-n", "-X", f"lua_script:{SCRIPT}", *more, "-r", path, "-T", "json", "-x", "-J", "magician"]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=10 * PATIENCE, env=SURROUNDINGS)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=10 * TIMEOUT, env=SURROUNDINGS)
     # tshark also writes a warning about the superuser to this stream.
     wrong = [line for line in run.stderr.splitlines() if "Lua" in line or "rror" in line]
     packets = json.loads(run.stdout, object_pairs_hook=pairs)
@@ -158,7 +158,7 @@ def dissected(path, *more):
 
 
 def decoded(magician, path):
-    run = subprocess.run([magician, "decode", "--json", path], capture_output=True, timeout=5 * PATIENCE)
+    run = subprocess.run([magician, "decode", "--json", path], capture_output=True, timeout=5 * TIMEOUT)
     return [json.loads(line) for line in run.stdout.splitlines()]
 
 
@@ -310,7 +310,7 @@ def over_networks(checks, magician, home, trace):
             pathlib.Path(home, "bytes").write_bytes(both[reply])
             side_of = "arm" if reply else "host"
             run = [magician, "decode", "--json", "--from", side_of, os.path.join(home, "bytes")]
-            lines = [json.loads(line) for line in subprocess.run(run, capture_output=True, timeout=5 * PATIENCE).stdout.splitlines()]
+            lines = [json.loads(line) for line in subprocess.run(run, capture_output=True, timeout=5 * TIMEOUT).stdout.splitlines()]
             trees, wrong = dissected(path)
             checks.equal(f"{what} {side}: tshark has nothing to complain of", wrong, [])
             compare(checks, f"{what} {side}, {len(pieces)} packets", trees, lines)

@@ -17,12 +17,12 @@ import tty
 from ctypes import byref, c_float, c_int, create_string_buffer
 
 import arm as model
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from dobotdll import DUE, HOMECmd, IOADC, IODO, JOGCmd, PTPCmd, SENTINEL, CircleCmd, Stock, library
 from sim import Sim
 from wire import frame, split
 
-STANDING = (*model.forward(model.POWER_UP_JOINTS), *model.POWER_UP_JOINTS)
+POWER_UP_POSE = (*model.forward(model.POWER_UP_JOINTS), *model.POWER_UP_JOINTS)
 PROBE = b"\nM10\n" + b"M10\n" * 4
 
 
@@ -77,7 +77,7 @@ def reading(checks, arm):
     print("reading")
     code, values = arm.pose()
     checks.equal("GetPose", code, 0)
-    checks.near("at power-up", values, STANDING)
+    checks.near("at power-up", values, POWER_UP_POSE)
     bits, length = create_string_buffer(b"\xee" * 1000, 1000), c_int(SENTINEL)
     checks.equal("GetAlarmsState with an int* for len", arm("GetAlarmsState", bits, byref(length), 1000), 0)
     checks.equal("16 bytes", (length.value, bits.raw[16:18]), (16, b"\xee\xee"))
@@ -113,7 +113,7 @@ def queueing(checks, arm):
     checks.equal("SetIODO", arm.queued("SetIODO", byref(IODO(10, 1))), (0, first + 5))
     finish(arm, first + 5)
     checks.equal("the current index comes to the last", arm.index(), first + 5)
-    checks.near("homed", arm.pose()[1], STANDING)
+    checks.near("homed", arm.pose()[1], POWER_UP_POSE)
     enabled, on = c_int(0), c_int(0)
     checks.equal("GetEndEffectorSuctionCup into ints", arm("GetEndEffectorSuctionCup", byref(enabled), byref(on)), 0)
     checks.equal("on", (enabled.value, on.value), (1, 1))
@@ -136,7 +136,7 @@ def ptp(arm, mode, *target):
     return PTPCmd[arm.family](mode, (c_float * 4)(*target))
 
 
-def finish(arm, index, timeout=2 * PATIENCE):
+def finish(arm, index, timeout=2 * TIMEOUT):
     """Polls the index, as all programs do."""
     end = time.monotonic() + timeout
     while arm.index() < index:
@@ -247,7 +247,7 @@ def silence(checks, stock, magician):
         # The default timeout would be 3 s.
         checks.ok("in its time", 0.25 < took < 2.9, f"{took:.2f} s")
         sim.process.send_signal(signal.SIGCONT)
-        arm.set_timeout(PATIENCE * 1000)
+        arm.set_timeout(TIMEOUT * 1000)
         checks.equal("and answers when the arm does", arm.pose()[0], 0)
         checks.equal("SetQueuedCmdClear", arm("SetQueuedCmdClear"), 0)
         sim.end(signal.SIGKILL)
@@ -307,7 +307,7 @@ def text_probe(checks, stock):
     checks.equal("nobody answers: connected all the same", connected.result, 0)
     checks.ok("the question was asked in text", PROBE in wire.heard, wire.heard)
     checks.ok("after it was asked in frames", wire.heard.startswith(b"\xaa\xaa"), wire.heard[:8])
-    checks.ok("for half a second", 0.5 <= took < PATIENCE, f"{took:.2f} s")
+    checks.ok("for half a second", 0.5 <= took < TIMEOUT, f"{took:.2f} s")
     nobody = stock.arm(connected.ids)
     nobody.set_timeout(200)
     checks.equal("calls then time out", nobody.pose()[0], 2)

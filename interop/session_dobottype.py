@@ -22,11 +22,11 @@ import time
 
 import arm as model
 import headers
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from dobotdll import exported, library
 from sim import Sim
 
-STANDING = (*model.forward(model.POWER_UP_JOINTS), *model.POWER_UP_JOINTS)
+POWER_UP_POSE = (*model.forward(model.POWER_UP_JOINTS), *model.POWER_UP_JOINTS)
 # Functions that programs in the field call most often, as the stock files declare them after `api`
 # and the ids.
 COMMON = """
@@ -178,7 +178,7 @@ def shapes(checks, program, port):
         checks.equal("ConnectDobot", (len(answer), answer[:3], answer[5:7]), (8, [0, 2, 0], [0, 0]))
     else:
         checks.equal("ConnectDobot", answer, wanted[family])
-    checks.near("GetPose", program.GetPose(), STANDING)
+    checks.near("GetPose", program.GetPose(), POWER_UP_POSE)
     checks.equal("SearchDobot", isinstance(dType.SearchDobot(program.api), list), True)
     one = (lambda value: value) if family == "v1" else (lambda value: [value])
     program.SetDeviceName("a name")
@@ -285,7 +285,7 @@ def asked_for(checks, program):
             between()
             dType.dSleep(50)
 
-    error = failure(program, lambda: wait(seconds=PATIENCE))
+    error = failure(program, lambda: wait(seconds=TIMEOUT))
     checks.ok("a loop that asks for the index ends, too", "PlanInvCalc" in str(error), error)
     checks.equal("one that also looks at the arm goes on", wait(program.GetPose), None)
     program.SetQueuedCmdClear()
@@ -300,7 +300,7 @@ def long_waits(checks, program):
     begin = time.monotonic()
     program.SetWAITCmd(2.5 if program.family == "v1" else 2500)
     program.SetEndEffectorSuctionCupEx(1, 0)
-    checks.ok("a WAIT is no standstill", 2.4 < time.monotonic() - begin < PATIENCE, f"{time.monotonic() - begin:.2f} s")
+    checks.ok("a WAIT is no standstill", 2.4 < time.monotonic() - begin < TIMEOUT, f"{time.monotonic() - begin:.2f} s")
     index = program.SetTRIGCmd(1, 0, 0, 1)[0]
     begin = time.monotonic()
     stop = threading.Timer(2.0, program.SetQueuedCmdForceStopExec)
@@ -310,7 +310,7 @@ def long_waits(checks, program):
     dType._finish(program.api, (dType.masterId, dType.slaveId) if program.family == "v3" else ids, "a trigger", index)
     stop.join()
     took = time.monotonic() - begin
-    checks.ok("nor is a trigger that does not come", 1.9 < took < PATIENCE, f"{took:.2f} s")
+    checks.ok("nor is a trigger that does not come", 1.9 < took < TIMEOUT, f"{took:.2f} s")
     program.DisconnectDobot()
     program.dType.QUEUE_STALL = 20.0
 
@@ -382,14 +382,14 @@ def studio(checks, capi, family, port):
     def script(place, path=capi / "samples" / "studio_script.py"):
         command = [sys.executable, "-B", capi / "python" / "studio.py", path]
         command += ["--port", place, "--family", family]
-        return subprocess.run(command, capture_output=True, text=True, timeout=5 * PATIENCE)
+        return subprocess.run(command, capture_output=True, text=True, timeout=5 * TIMEOUT)
 
     for place in ("sim", port):
         ran = script(place)
         checks.equal("it ends well", (ran.returncode, ran.stderr), (0, ""))
         start, end = ast.literal_eval("[" + ran.stdout.strip().replace("] [", "], [") + "]")
         if place == "sim":
-            checks.near("where it began", start, STANDING[:4])
+            checks.near("where it began", start, POWER_UP_POSE[:4])
         checks.near("where it ended", end, (200, 60, 20, 0))
     with tempfile.TemporaryDirectory(prefix="magician-") as home:
         own = os.path.join(home, "own.py")
@@ -412,7 +412,7 @@ def pick_and_place(checks, dType, capi, family, path, port):
         surroundings = {**os.environ, "MAGICIAN_PORT": port, "MAGICIAN_LOG": "debug"}
         surroundings.pop("MAGICIAN_DOBOTDLL")
         command = [sys.executable, "-B", "pick_and_place.py"]
-        ran = subprocess.run(command, cwd=home, env=surroundings, capture_output=True, text=True, timeout=5 * PATIENCE)
+        ran = subprocess.run(command, cwd=home, env=surroundings, capture_output=True, text=True, timeout=5 * TIMEOUT)
     for line in ran.stderr.splitlines():
         print("    " + line)
     checks.equal("it ends well", ran.returncode, 0)
@@ -452,7 +452,7 @@ def interrupt(checks, dType):
     time.sleep(1.0)
     begin = time.monotonic()
     program.send_signal(signal.SIGINT)
-    rest, errors = program.communicate(timeout=PATIENCE)
+    rest, errors = program.communicate(timeout=TIMEOUT)
     checks.equal("a wait is left", (rest, errors.splitlines()[-1]), ("interrupted\n", "KeyboardInterrupt"))
     # The interrupted wait is one of a minute.
     checks.ok("at once", time.monotonic() - begin < 40, f"{time.monotonic() - begin:.2f} s")

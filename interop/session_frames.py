@@ -22,7 +22,7 @@ from venvs import HERE, python_for
 THEIRS = """
 import sys
 sys.path.insert(0, sys.argv[2])
-import patient
+import whole_frames
 import serial
 write = serial.Serial.write
 def waits():

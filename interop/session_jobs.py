@@ -48,7 +48,7 @@ class Command:
         raise AssertionError(f"the command ended before it said {event!r}")
 
 
-def told(program, port, *arguments):
+def run_verb(program, port, *arguments):
     """Returns the output of a command as JSON."""
     line = [program, "--port", port, "--json", *arguments]
     return json.loads(subprocess.run(line, stdin=subprocess.DEVNULL, capture_output=True, check=True).stdout)
@@ -65,14 +65,14 @@ def main():
         home = pathlib.Path(folder)
         os.environ["XDG_STATE_HOME"] = str(home / "state")
         path, steps = plan_file(home)
-        told(program, pty, "home")
+        run_verb(program, pty, "home")
         job = Command(program, pty, path)
         job.until("progress", 20)
         job.tell("pause")
         checks.equal("the command says that it is paused", job.until("paused"), {"event": "paused", "part": None, "reason": "person"})
-        queue = told(program, tcp, "queue")
+        queue = run_verb(program, tcp, "queue")
         checks.equal("nothing of it is in the arm", queue["left_space"], 32)
-        told(program, tcp, "move", "0", "0", "30", "--relative")
+        run_verb(program, tcp, "move", "0", "0", "30", "--relative")
         job.tell("resume")
         checks.equal("and that it goes on", job.until("resumed"), {"event": "resumed"})
         at = job.until("progress", 60)["step"]

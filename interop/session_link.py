@@ -15,7 +15,7 @@ import sys
 import tempfile
 import types
 
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from station import serving
 
 # Imported by DobotRPC and DobotEDU, but not used for the arm.
@@ -50,12 +50,12 @@ class Station:
         """Returns the calls so far, as reported by GET /api/v1/link."""
         import urllib.request
 
-        with urllib.request.urlopen(self.ready["url"] + "api/v1/link", timeout=PATIENCE) as answer:
+        with urllib.request.urlopen(self.ready["url"] + "api/v1/link", timeout=TIMEOUT) as answer:
             return json.load(answer)["clients"]
 
     def end(self):
         self.process.send_signal(signal.SIGTERM)
-        return self.process.wait(timeout=PATIENCE)
+        return self.process.wait(timeout=TIMEOUT)
 
 
 def pose(magician, udp):

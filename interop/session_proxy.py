@@ -17,7 +17,7 @@ import threading
 from pydobot import Dobot
 
 import arm as model
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from session_pydobot import connect, home, moves, tools
 from wire import Observer
 
@@ -28,7 +28,7 @@ class Watcher:
     """Background `magician pose --watch` with its output."""
 
     def __init__(self, magician, port):
-        command = [magician, "--port", port, "--timeout", str(PATIENCE), "pose", "--watch", "--rate", str(RATE), "--json"]
+        command = [magician, "--port", port, "--timeout", str(TIMEOUT), "pose", "--watch", "--rate", str(RATE), "--json"]
         self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.poses, self.complaints = [], []
         self.threads = [threading.Thread(target=act, daemon=True) for act in (self._poses, self._complaints)]
@@ -48,7 +48,7 @@ class Watcher:
 
     def stop(self):
         self.process.send_signal(signal.SIGINT)
-        self.process.wait(timeout=PATIENCE)
+        self.process.wait(timeout=TIMEOUT)
         for thread in self.threads:
             thread.join()
 
@@ -79,7 +79,7 @@ class Proxy:
 
     def stop(self):
         self.process.send_signal(signal.SIGTERM)
-        self.process.wait(timeout=PATIENCE)
+        self.process.wait(timeout=TIMEOUT)
         self.thread.join()
 
 

@@ -8,13 +8,13 @@ import struct
 import sys
 import time
 
-import patient  # noqa: F401  before the library has its ports
+import whole_frames  # noqa: F401  before the library has its ports
 from pydobot import Dobot
 from pydobot.enums import PTPMode
 from pydobot.message import Message
 
 import arm as model
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from wire import Observer, check_durations
 
 HOME, WAIT, GRIPPER, SUCTION, MULTIPLEX = 31, 110, 63, 62, 130
@@ -43,7 +43,7 @@ def read_floats(dobot, ident):
 
 def until(dobot, index):
     """Waits in the library's way, for commands for which it does not wait itself."""
-    end = time.monotonic() + 2 * PATIENCE
+    end = time.monotonic() + 2 * TIMEOUT
     while (now := dobot._get_queued_cmd_current_index()) != index:
         if time.monotonic() > end:
             raise AssertionError(f"waited for index {index}, stands at {now}")

@@ -14,7 +14,7 @@ from pydobotplus.dobotplus import MODE_PTP
 from pydobotplus.message import Message
 
 import arm as model
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from wire import Observer, check_durations
 
 MULTIPLEX, IO_OUTPUT, LASER, SUCTION, GRIPPER = 130, 131, 61, 62, 63
@@ -210,7 +210,7 @@ def jog(checks, dobot):
         begin = dobot.get_pose().position
         start(-2.0)
         index = dobot._get_queued_cmd_current_index()
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + TIMEOUT
         while begin[axis] - dobot.get_pose().position[axis] < 5 and time.monotonic() < deadline:
             time.sleep(0.01)
         checks.equal(f"jog_{name}: the index stands while it moves", dobot._get_queued_cmd_current_index(), index)

@@ -20,7 +20,7 @@ from mcap.records import Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 
 import arm as model
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from sim import Sim
 from wire import ALARMS, SET, Tcp, floats, split
 
@@ -167,7 +167,7 @@ def drawn(checks, magician, home):
     with open(svg, "w") as file:
         file.write('<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="40mm"><path d="M0 0H60V40" transform="scale(3.7795)" fill="none" stroke="black"/></svg>')
     draw = [magician, "--port", "sim", "draw", svg, "--at", "230,0", "--surface", "-60", "--record", way]
-    done = subprocess.run(draw, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE)
+    done = subprocess.run(draw, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=TIMEOUT)
     checks.equal("exit status", (done.returncode, done.stderr if done.returncode else ""), (0, ""))
     entities = {}
     for _, value in Recording(way).topics["/scene"]:
@@ -298,7 +298,7 @@ def killed(checks, magician, home, speed):
 def errors(checks, magician, home):
     print("a file that cannot be written")
     command = [magician, "sim", "--tcp", "127.0.0.1:0", "--record", os.path.join(home, "no", "such.mcap")]
-    refused = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE)
+    refused = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=TIMEOUT)
     checks.equal("no such directory: exit status and stdout", (refused.returncode, refused.stdout), (3, ""))
     checks.ok("with a word about it", "such.mcap" in refused.stderr, refused.stderr.strip())
 

@@ -27,7 +27,7 @@ from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
 from rosbags.rosbag2 import storage_mcap
 from rosbags.rosbag2.errors import ReaderError
 
-from checks import PATIENCE, Checks
+from checks import TIMEOUT, Checks
 from station import Client, Station, now
 
 
@@ -80,7 +80,7 @@ def by_rosbags(path):
 def by_replay(magician, path):
     """Returns the number of explained frames, and of requests sent to a virtual arm."""
     replay = lambda *more: subprocess.run(
-        [magician, "replay", path, "--json", *more], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE
+        [magician, "replay", path, "--json", *more], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=TIMEOUT
     )
     explained = [json.loads(line) for line in replay("--to", "decode").stdout.splitlines()]
     played = json.loads(replay().stdout.splitlines()[-1])
@@ -109,7 +109,7 @@ def counted(checks, magician, path, what):
 
 def waited(client, event):
     """Waits for an event and returns its parameters."""
-    until = now() + PATIENCE
+    until = now() + TIMEOUT
     while now() < until:
         message = client.read()
         if message and message.get("method") == "arm.event" and message["params"]["event"] == event:

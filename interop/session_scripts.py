@@ -23,7 +23,7 @@ from wire import Pty
 UNDER_THE_LIBRARY = """
 import sys
 sys.path.insert(0, sys.argv[2])
-import patient
+import whole_frames
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 list_ports.comports = lambda *_: [ListPortInfo(sys.argv[1])] * 4
@@ -55,7 +55,7 @@ def example(library, python):
     return re.search(r"```python\n(.*?)```", said, re.DOTALL)[1]
 
 
-def put_right(program, repairs):
+def apply_repairs(program, repairs):
     """Returns the program with the corrections that its own library needs."""
     for wrong, right in repairs:
         program, count = re.subn(wrong, right, program)
@@ -106,8 +106,8 @@ def main():
     for library, (repairs, under_its_own, pose, index) in EXAMPLES.items():
         print(f"the example of {library}")
         theirs = python_for(f"{library}.txt")
-        program = put_right(example(library, theirs), repairs)
-        own = put_right(program, under_its_own)
+        program = apply_repairs(example(library, theirs), repairs)
+        own = apply_repairs(program, under_its_own)
         compat = [ours, "-B", "-m", "magician.compat", "--port"]
         found = Ended(magician, lambda path, script: [*compat, path, script], program)
         checks.ok("through magician.compat it ends well", found.is_good())

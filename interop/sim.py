@@ -9,7 +9,7 @@ import tempfile
 import threading
 import time
 
-from checks import PATIENCE
+from checks import TIMEOUT
 
 
 class Sim:
@@ -42,7 +42,7 @@ class Sim:
         """Waits for an output line that matches a pattern, and returns the match."""
         with self.more:
             found = lambda: next(filter(None, (re.search(what, line) for line in self.said)), None)
-            if match := self.more.wait_for(found, PATIENCE):
+            if match := self.more.wait_for(found, TIMEOUT):
                 return match
         raise AssertionError(f"the simulator did not say {what!r}: {self.said}")
 
@@ -53,13 +53,13 @@ class Sim:
         """Ends the process. Returns true if it ended, and the rest of its stdout."""
         self.process.send_signal(sign)
         try:
-            self.process.wait(timeout=PATIENCE)
+            self.process.wait(timeout=TIMEOUT)
             ended = True
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
             ended = False
-        self.listener.join(PATIENCE)
+        self.listener.join(TIMEOUT)
         return ended, self.process.stdout.read()
 
     def stop(self, sign=signal.SIGTERM):
@@ -86,7 +86,7 @@ def run_on_sim(magician, command, program, look=lambda path: None):
         try:
             begun = time.monotonic()
             ended = subprocess.run(
-                command(sim.path, script), input=program, capture_output=True, text=True, timeout=5 * PATIENCE
+                command(sim.path, script), input=program, capture_output=True, text=True, timeout=5 * TIMEOUT
             )
             return ended, time.monotonic() - begun, look(sim.path)
         finally:

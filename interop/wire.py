@@ -10,7 +10,7 @@ import threading
 import time
 import tty
 
-from checks import PATIENCE
+from checks import TIMEOUT
 
 GET, SET, QUEUED = 0, 1, 3
 
@@ -51,7 +51,7 @@ class Link:
         """Returns the bytes of one read; empty after a timeout."""
         raise NotImplementedError
 
-    def replies(self, count, timeout=PATIENCE):
+    def replies(self, count, timeout=TIMEOUT):
         """Returns the next replies; fewer after a timeout."""
         frames, data, end = [], b"", time.monotonic() + timeout
         while len(frames) < count and (left := end - time.monotonic()) > 0:
@@ -62,7 +62,7 @@ class Link:
             raise AssertionError(f"bytes after the last reply: {data.hex(' ')}")
         return frames
 
-    def ask(self, ident, ctrl=GET, params=b"", timeout=PATIENCE):
+    def ask(self, ident, ctrl=GET, params=b"", timeout=TIMEOUT):
         """Returns the reply to one request. Its id and Ctrl must match."""
         self.send(frame(ident, ctrl, params))
         found = self.replies(1, timeout)
@@ -103,7 +103,7 @@ class Link:
         """Queues one command and returns its index."""
         return struct.unpack("<Q", self.ask(ident, ctrl, params))[0]
 
-    def wait(self, index, timeout=2 * PATIENCE):
+    def wait(self, index, timeout=2 * TIMEOUT):
         """Waits until the command with this index has finished."""
         end = time.monotonic() + timeout
         while (now := self.index()) < index:
@@ -163,7 +163,7 @@ class Tcp(Link):
     """A stream socket."""
 
     def __init__(self, port):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT)
 
     def send(self, data):
         self.socket.sendall(data)
@@ -211,7 +211,7 @@ class Observer:
     def reached(self, index):
         """Returns clock readings (ms) that are certainly before and after the end of the
         command."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         # A library that does not sleep may know it before the observer does.
         while (found := self._bracket(index)) is None:
             if self.error or time.monotonic() > end:
@@ -264,7 +264,7 @@ def check_durations(checks, observer, timed):
     )
 
 
-def open_eventually(path, seconds=PATIENCE):
+def open_eventually(path, seconds=TIMEOUT):
     """Opens a terminal. A busy port is retried for a while."""
     end = time.monotonic() + seconds
     while True:

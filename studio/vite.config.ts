@@ -9,7 +9,7 @@ import { leanThree } from "./three.lean.ts";
  * they are opened.
  */
 const SHELL =
-  /src.(?!main|worker|reader|files|site|gallery.|help.|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|reach|layers|seen|fence|tint)).*\.tsx?$/;
+  /src.(?!main|worker|reader|files|site|gallery.|help.|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|reach|layers|world|fence|tint)).*\.tsx?$/;
 
 /** Inlines the style of the frame into the page, so that it is painted without a second request. */
 const inlineStyle: Plugin = {
@@ -48,12 +48,12 @@ export default defineConfig({
             { name: "body", test: /src.view.(body|solid|mesh|stand|camera)\.ts/ },
             {
               name: "jobs",
-              test: /src.run.(?!bench|leftdoc|paper|items|room|history|shapes|fills|laser)|src.panels.(job\.|armlaser|remedies|touch|paper|setup|programs|run\.css)/,
+              test: /src.run.(?!bench|stored|paper|items|room|history|shapes|fills|laser)|src.panels.(job\.|armlaser|remedies|touch|paper|setup|programs|run\.css)/,
             },
             { name: "qr", test: /node_modules.lean-qr/ },
             {
               name: "sheet",
-              test: /src.run.(bench|leftdoc|paper|items|room|history|shapes|fills)|src.panels.(sheet|workshop|items|photo|presets|swatch|partslist)/,
+              test: /src.run.(bench|stored|paper|items|room|history|shapes|fills)|src.panels.(sheet|workshop|items|photo|presets|swatch|partslist)/,
             },
           ],
         },

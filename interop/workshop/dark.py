@@ -22,7 +22,7 @@ import sys
 import threading
 import time
 
-from lab import HERE, PATIENCE, Program, Terminal, recorded
+from lab import HERE, TIMEOUT, Program, Terminal, recorded
 
 sys.path.insert(0, str(HERE.parent))
 from station import Client, serving  # noqa: E402
@@ -39,7 +39,7 @@ BURN = "magician engrave burn.gcode --surface -50 --yes --unhomed"
 def burning(lab):
     """Waits until the arm is in the middle of the first line. The arm's own laser state does not
     cover burning segments."""
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + TIMEOUT
     while True:
         pose = lab.look("pose")
         if pose["z"] < -49.9 and pose["y"] < -6.6 and pose["x"] > 234:
@@ -48,7 +48,7 @@ def burning(lab):
         time.sleep(0.05)
 
 
-class Deed:
+class Ending:
     """Result of a way to end an engraving: the time of the request, a flag that is true if frames
     may stop it, the duration of the request itself, and a cleanup."""
 
@@ -56,20 +56,20 @@ class Deed:
         self.asked, self.after, self.stops, self.takes = asked, after, stops, takes
 
 
-def at_a_terminal(deed, after=None):
+def at_a_terminal(ending, after=None):
     def scene(lab):
         terminal = Terminal(lab, BURN)
         terminal.until("step")
         burning(lab)
         asked = time.time()
-        deed(terminal)
+        ending(terminal)
 
         def ends():
             if after:
                 after(terminal)
             terminal.close()
 
-        return Deed(asked, ends)
+        return Ending(asked, ends)
 
     return scene
 
@@ -84,7 +84,7 @@ def program_pauses(lab):
         job.says(event="paused", reason="person")
         job.close()
 
-    return Deed(asked, ends)
+    return Ending(asked, ends)
 
 
 def program_is_killed(lab):
@@ -92,7 +92,7 @@ def program_is_killed(lab):
     burning(lab)
     asked = time.time()
     job.close()
-    return Deed(asked, stops=False)
+    return Ending(asked, stops=False)
 
 
 def program_gets(name):
@@ -105,7 +105,7 @@ def program_gets(name):
         def ends():
             assert job.ended() == 130
 
-        return Deed(asked, ends)
+        return Ending(asked, ends)
 
     return scene
 
@@ -137,7 +137,7 @@ def station_pauses(lab):
         process.kill()
         process.wait()
 
-    return Deed(asked, ends)
+    return Ending(asked, ends)
 
 
 def socket_closes(lab):
@@ -154,7 +154,7 @@ def socket_closes(lab):
         process.kill()
         process.wait()
 
-    return Deed(asked, ends)
+    return Ending(asked, ends)
 
 
 def client_is_killed(lab):
@@ -172,7 +172,7 @@ def client_is_killed(lab):
         process.kill()
         process.wait()
 
-    return Deed(asked, ends)
+    return Ending(asked, ends)
 
 
 def page_closes(kill):
@@ -204,7 +204,7 @@ def page_closes(kill):
             process.wait()
 
         # On a busy machine a browser takes its time to close a page.
-        return Deed(asked, ends, takes=2.0)
+        return Ending(asked, ends, takes=2.0)
 
     return scene
 
@@ -214,10 +214,10 @@ def framed(lab):
     asked = time.time()
     done = lab.run("magician frame burn.gcode --tool laser --surface -50 --speed 60 --unhomed")
     assert done.code == 0, done
-    return Deed(asked, stops=False)
+    return Ending(asked, stops=False)
 
 
-DEEDS = {
+ENDINGS = {
     "framing": framed,
     "p at the terminal": at_a_terminal(lambda terminal: terminal.types("p"), lambda terminal: terminal.until("paused: p resumes")),
     '{"do":"pause"}': program_pauses,
@@ -285,13 +285,13 @@ def judged(lab, name):
     arm = lab.arm("1", homed=False, recorded=True)
     # Homing takes as long as at the speed of a real arm.
     assert lab.run("magician alarms --clear").code == 0
-    deed = DEEDS[name](lab)
-    framing = DEEDS[name] is framed
-    while time.time() < deed.asked + (0 if framing else deed.takes + DARK + WATCHED):
+    ending = ENDINGS[name](lab)
+    framing = ENDINGS[name] is framed
+    while time.time() < ending.asked + (0 if framing else ending.takes + DARK + WATCHED):
         time.sleep(0.05)
-    deed.after()
+    ending.after()
     arm.end()
-    log = Log(arm.recording, deed.asked)
+    log = Log(arm.recording, ending.asked)
     wrong = []
     if framing:
         if log.burns or any(lit for _, lit in log.lit):
@@ -299,15 +299,15 @@ def judged(lab, name):
         if log.corners < 5:
             wrong.append("it does not go round")
         return log, wrong
-    if deed.stops and (log.stop is None or log.stop > deed.takes + PROMPT):
+    if ending.stops and (log.stop is None or log.stop > ending.takes + PROMPT):
         wrong.append(f"stopped at {log.stop}")
-    if deed.stops and log.stop is not None and any(at > log.stop for at in log.burns):
+    if ending.stops and log.stop is not None and any(at > log.stop for at in log.burns):
         wrong.append("a frame that burns after the stop")
-    if not deed.stops and log.after:
+    if not ending.stops and log.after:
         wrong.append("frames of a program that was killed")
     if log.longest > 1.001:
         wrong.append(f"a piece of {log.longest:.2f} s")
-    if log.dark is None or log.dark - (log.stop or 0 if deed.takes else 0) > DARK:
+    if log.dark is None or log.dark - (log.stop or 0 if ending.takes else 0) > DARK:
         wrong.append(f"dark at {log.dark}")
     if not any(lit for at, lit in log.lit if at < 0):
         wrong.append("it did not burn before")

@@ -23,10 +23,10 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 SAMPLES = ROOT / "crates/magician-program/samples"
 # Timeout of operations that should complete at once, on a machine under load, s.
-PATIENCE = 60
+TIMEOUT = 60
 
 
-class Done:
+class ProcessResult:
     """A command that has ended."""
 
     def __init__(self, code, out, err):
@@ -102,12 +102,12 @@ class Lab:
             start_new_session=True,
         )
         try:
-            out, err = process.communicate(stdin, timeout=2 * PATIENCE)
+            out, err = process.communicate(stdin, timeout=2 * TIMEOUT)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             out, err = process.communicate()
             raise AssertionError(f"`{words}` does not end:\n{out}\n{err}")
-        return Done(process.returncode, out, err)
+        return ProcessResult(process.returncode, out, err)
 
     def look(self, what):
         """Returns the state reported by the arm, over a connection of its own."""
@@ -144,7 +144,7 @@ class Arm:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self.process.wait(PATIENCE)
+                self.process.wait(TIMEOUT)
         self.process.kill()
         self.process.wait()
 
@@ -175,7 +175,7 @@ class Terminal:
         self.seen += data.decode(errors="replace")
         return bool(data)
 
-    def until(self, pattern, patience=PATIENCE):
+    def until(self, pattern, patience=TIMEOUT):
         """Reads until a pattern is found after the previous match."""
         end = time.monotonic() + patience
         while not (found := re.compile(pattern, re.S).search(self.seen, self.at)):
@@ -192,7 +192,7 @@ class Terminal:
 
     def stopped(self):
         """Waits until the command has stopped itself."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while time.monotonic() < end:
             pid, status = os.waitpid(self.pid, os.WNOHANG | os.WUNTRACED)
             if pid and os.WIFSTOPPED(status):
@@ -208,7 +208,7 @@ class Terminal:
         modes = termios.tcgetattr(self.fd)[3]
         return modes & termios.ICANON and modes & termios.ECHO
 
-    def ended(self, patience=PATIENCE):
+    def ended(self, patience=TIMEOUT):
         """Reads to the end of the command and returns its status."""
         end = time.monotonic() + patience
         while self.status is None:
@@ -269,7 +269,7 @@ class Program:
             return None
 
         with self.more:
-            if not self.more.wait_for(lambda: found() is not None, PATIENCE):
+            if not self.more.wait_for(lambda: found() is not None, TIMEOUT):
                 raise AssertionError(f"it does not say {fields}: {self.events[-5:]} {self.err}")
             self.at = found() + 1
             return self.events[self.at - 1][1]
@@ -284,8 +284,8 @@ class Program:
         self.process.stdin.flush()
 
     def ended(self):
-        code = self.process.wait(PATIENCE)
-        self.listener.join(PATIENCE)
+        code = self.process.wait(TIMEOUT)
+        self.listener.join(TIMEOUT)
         return code
 
     def close(self):

@@ -7,7 +7,7 @@ import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync
 import { networkInterfaces, tmpdir } from "node:os";
 import { delimiter, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
-import { is, Station } from "./bench.mjs";
+import { Station, waitForState } from "./bench.mjs";
 
 /** Starts `magician studio --app` with a fake browser that only records its arguments. */
 async function started(program, ...words) {
@@ -32,11 +32,11 @@ async function started(program, ...words) {
 }
 
 export function app(test, { browser, program }) {
-  test("the station of a window ends when it is closed, and not when it is loaded again", async () => {
+  test("the station of a window ends when the window is closed, not when it is reloaded", async () => {
     const studio = await started(program);
     const page = await browser.connected(studio.url);
     await page.reload();
-    await is(page, "link", "up");
+    await waitForState(page, "link", "up");
     const ended = Promise.race([studio.over, sleep(30_000, ["late"])]);
     const closed = Date.now();
     await page.context().close();
@@ -45,7 +45,7 @@ export function app(test, { browser, program }) {
     studio.end();
   });
 
-  test("closing the window asks when something moves", async () => {
+  test("closing the window asks for confirmation during a motion", async () => {
     const studio = await started(program);
     const page = await browser.inControl(studio.url);
     const asked = [];
@@ -54,18 +54,18 @@ export function app(test, { browser, program }) {
       void dialog.dismiss();
     });
     await page.getByTestId("home").click();
-    await is(page, "moving", "true");
+    await waitForState(page, "moving", "true");
     await page.close({ runBeforeUnload: true });
     for (let tries = 0; asked.length === 0 && tries < 100; tries++) await sleep(50);
     assert.deepEqual(asked, ["beforeunload"]);
     assert.equal(page.isClosed(), false);
     await page.getByTestId("stop").click();
-    await is(page, "moving", "false");
+    await waitForState(page, "moving", "false");
     await page.context().close();
     studio.end();
   });
 
-  test("a tablet comes in by a code of six digits", async () => {
+  test("a tablet signs in with a code of six digits", async () => {
     const addresses = Object.values(networkInterfaces()).flat();
     const own = addresses.find(({ family, internal }) => family === "IPv4" && !internal);
     if (own === undefined) return console.log("      no network: not tried");
@@ -80,7 +80,7 @@ export function app(test, { browser, program }) {
       await page.getByText("The server needs a valid token.").waitFor();
       await page.getByTestId("station-token").fill(code);
       await page.getByTestId("connect-station").click();
-      await is(page, "link", "up");
+      await waitForState(page, "link", "up");
       assert.equal((await page.getByTestId("station-token").inputValue()).length > 30, true);
       await page.context().close();
     } finally {

@@ -4,7 +4,7 @@ import { spawn } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { createServer } from "node:net";
 import { join } from "node:path";
-import { is, Station } from "./bench.mjs";
+import { Station, waitForState } from "./bench.mjs";
 import { findings } from "./looks.mjs";
 
 const SEATS = Array.from({ length: 30 }, (_, seat) => `seat${String(seat + 1).padStart(2, "0")}`);
@@ -42,7 +42,7 @@ export function classes(test, { browser, program, shots }) {
     const page = await browser.page(station.url);
     await page.evaluate((name) => localStorage.setItem("magician.name", name), name);
     await page.reload();
-    await is(page, "link", "up");
+    await waitForState(page, "link", "up");
     return page;
   };
   const inClass = (name, body) =>
@@ -73,7 +73,7 @@ export function classes(test, { browser, program, shots }) {
     const page = await teacher({ bypassCSP: true });
     const ada = await named("Ada");
     await ada.getByTestId("lease-take").click();
-    await is(ada, "lease", "mine");
+    await waitForState(ada, "lease", "mine");
     const ben = await named("Ben");
     await ben.getByTestId("lease-ask").click();
     await page.locator("[data-testid=arm-seat01][data-holder=Ada]").waitFor();
@@ -135,7 +135,7 @@ export function classes(test, { browser, program, shots }) {
     // A reloaded page has the pictures, one page with all of them is saved, and deleted ones do not
     // return.
     await page.reload();
-    await is(page, "link", "up");
+    await waitForState(page, "link", "up");
     await page.getByTestId("picture-seat04-line.plan").waitFor();
     const [results] = await Promise.all([
       page.waitForEvent("download"),
@@ -153,7 +153,7 @@ export function classes(test, { browser, program, shots }) {
     await page.reload();
     await page.getByTestId("picture-seat03-line.plan").waitFor();
     assert.equal(await page.getByTestId("picture-seat04-line.plan").count(), 0);
-    await is(page, "link", "up");
+    await waitForState(page, "link", "up");
     for (const arm of ["seat03", "seat04"]) await page.getByRole("checkbox", { name: `Choose ${arm}` }).check();
     assert.ok((await holder("seat03")) !== null && (await holder("seat05")) === null);
     await page.getByTestId("site-give").click();
@@ -257,7 +257,7 @@ export function classes(test, { browser, program, shots }) {
       const pupil = async (name, code) => {
         // Without an address of its own the page opens at the sign-in.
         const page = await browser.connected(left.url, TABLET);
-        await is(page, "route", "class");
+        await waitForState(page, "route", "class");
         await signIn(page, name, code);
         return page;
       };

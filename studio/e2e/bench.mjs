@@ -7,13 +7,13 @@ import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { chromium } from "playwright-core";
 
-const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+const BROWSER_FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 
 /**
  * Expected messages of the browser's console: a stopped station refuses connections, a test
  * disconnects the network, and one of the headers has no effect over plain HTTP.
  */
-const EXPECTED =
+const EXPECTED_ERRORS =
   /ERR_CONNECTION|ERR_INTERNET_DISCONNECTED|WebSocket connection|Cross-Origin-Opener-Policy header has been ignored/;
 
 /** `magician serve` as users start it. */
@@ -71,7 +71,7 @@ export class Station {
     return result;
   }
 
-  isThere() {
+  isRunning() {
     return fetch(`${this.url}healthz`).then(
       () => true,
       () => false,
@@ -95,7 +95,7 @@ export class Station {
   }
 
   /** Waits until two consecutive readings are equal. */
-  async stands() {
+  async waitForRest() {
     let before = null;
     return this.until("stands", (state) => {
       const now = ["x", "y", "z", "r"].map((name) => state[name]).join();
@@ -115,7 +115,10 @@ export class Browser {
   complaints = [];
 
   async start() {
-    this.browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+    this.browser = await chromium.launch({
+      executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+      args: BROWSER_FLAGS,
+    });
   }
 
   async page(url, options = {}) {
@@ -139,7 +142,7 @@ export class Browser {
       );
     });
     page.on("console", (message) => {
-      if (message.type() === "error" && !EXPECTED.test(message.text())) this.complaints.push(message.text());
+      if (message.type() === "error" && !EXPECTED_ERRORS.test(message.text())) this.complaints.push(message.text());
     });
     page.on("pageerror", (error) => this.complaints.push(String(error)));
     page.on("request", (request) => {
@@ -147,15 +150,15 @@ export class Browser {
       if (to.protocol.startsWith("http") && to.origin !== new URL(url).origin) this.complaints.push(`asked ${to}`);
     });
     await page.goto(url);
-    await is(page, "ready", "true");
+    await waitForState(page, "ready", "true");
     return page;
   }
 
   /** Opens a page and waits until it is connected. */
   async connected(url, options) {
     const page = await this.page(url, options);
-    await is(page, "link", "up");
-    await is(page, "stale", "false");
+    await waitForState(page, "link", "up");
+    await waitForState(page, "stale", "false");
     return page;
   }
 
@@ -163,7 +166,7 @@ export class Browser {
   async inControl(url, options) {
     const page = await this.connected(url, options);
     await page.getByTestId("lease-take").click();
-    await is(page, "lease", "mine");
+    await waitForState(page, "lease", "mine");
     return page;
   }
 
@@ -173,7 +176,7 @@ export class Browser {
 }
 
 /** Waits for a value of the body's data attributes. */
-export async function is(page, name, value, within = 20_000) {
+export async function waitForState(page, name, value, within = 20_000) {
   try {
     await page.waitForFunction(([name, value]) => document.body.dataset[name] === value, [name, value], {
       timeout: within,

@@ -46,7 +46,7 @@ export function client(test, { browser, program }) {
       assert.notEqual((await station.pose()).jog, null, "it is kept up");
       await page.mouse.up();
       await says("jog ended: released");
-      assert.ok((await station.stands()).z > before.z + 1);
+      assert.ok((await station.waitForRest()).z > before.z + 1);
       await page.click("#run");
       await says("job done");
       await page.click("#stop");

@@ -2,7 +2,7 @@
 // lines that the arm has drawn.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { is, near } from "./bench.mjs";
+import { near, waitForState } from "./bench.mjs";
 
 const RECT =
   '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="15mm" viewBox="0 0 30 15"><path d="M0 0H30V15H0Z" fill="none" stroke="#b00020"/></svg>';
@@ -14,7 +14,7 @@ const world = (tool) =>
 const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
 
 export function drawing(test, bench) {
-  const { closed } = bench;
+  const { closePage } = bench;
   const shown = (page) => page.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
   const value = async (page, name) => Number(await page.getByTestId(`draw-place-${name}`).inputValue());
   const type = async (page, name, to) => {
@@ -24,18 +24,18 @@ export function drawing(test, bench) {
   const opened = async (route, tool, options) => {
     const page = await bench.browser.inControl(bench.url(), options);
     await page.goto(`${bench.url()}#/world`);
-    await is(page, "route", "world");
+    await waitForState(page, "route", "world");
     await page.getByTestId("world-scenario-open").setInputFiles(file(`${tool}.toml`, world(tool)));
     await page.getByText("The arm restarted in the new world").waitFor();
     await page.goto(`${bench.url()}#/move`);
     // The page's own station homes its arm in a new world.
     if ((await page.evaluate(() => document.body.dataset.backend)) === "station") {
-      await is(page, "alarm", "true");
+      await waitForState(page, "alarm", "true");
       await page.getByTestId("clear-alarms").click();
     }
-    await is(page, "alarm", "false");
+    await waitForState(page, "alarm", "false");
     await page.goto(`${bench.url()}#/${route}`);
-    await is(page, "route", route);
+    await waitForState(page, "route", route);
     return page;
   };
   const give = async (page, name, text) => {
@@ -71,10 +71,10 @@ export function drawing(test, bench) {
     const isOver = ({ job, state } = {}) => job !== before && state === "done";
     for (let looks = 0; looks < 450 && !isOver(await last()); looks++) await page.waitForTimeout(200);
     assert.ok(isOver(await last()), JSON.stringify(await last()));
-    await is(page, "job", "done");
+    await waitForState(page, "job", "done");
   };
 
-  test("the sheet: what a hand drags, scales and turns there is drawn there", async () => {
+  test("the sheet: a dragged, scaled and turned object is drawn where it lies", async () => {
     const page = await opened("draw", "pen");
     await give(page, "rectangle.svg", RECT);
     const before = { x: await value(page, "x"), y: await value(page, "y"), width: await value(page, "width") };
@@ -111,7 +111,7 @@ export function drawing(test, bench) {
         near(is, should, 0.5),
         `${[left, right, bottom, top]} of ${JSON.stringify({ ...wanted, turn, dx, dy })}`,
       );
-    await closed(page);
+    await closePage(page);
   });
 
   test("the sheet: a text is written with the keyboard alone", async () => {
@@ -149,10 +149,10 @@ export function drawing(test, bench) {
       `${[left, right, bottom, top]}`,
     );
     assert.ok(near(top - bottom, before.width * 1.05, 0.4), "it is as wide along the arm's y");
-    await closed(page);
+    await closePage(page);
   });
 
-  test("the sheet: what is out of reach is red, is not drawn, and fits at a press", async () => {
+  test("the sheet: an object out of reach is red, is not drawn, and fits after one press", async () => {
     const page = await opened("draw", "pen");
     await give(page, "rectangle.svg", RECT);
     assert.equal(await page.locator(".plane .unreachable").count(), 0);
@@ -168,10 +168,10 @@ export function drawing(test, bench) {
     await shown(page);
     await page.getByText("The arm can do it").waitFor();
     assert.equal(await page.locator(".plane .unreachable").count(), 0);
-    await closed(page);
+    await closePage(page);
   });
 
-  test("the sheet: parts have their colours, and are drawn alone where that is chosen", async () => {
+  test("the sheet: parts have their colours, and selected parts are drawn alone", async () => {
     const page = await opened("draw", "pen");
     await give(page, "two colours.svg", TWO);
     await page.waitForFunction(() => document.querySelector("[data-testid=parts-by]")?.value === "color", null, {
@@ -191,10 +191,10 @@ export function drawing(test, bench) {
     await runs(page);
     const [[left, right], [bottom, top]] = boundsOf(await marks());
     assert.ok(near(top - bottom, 20, 0.5) && near(right - left, 10, 0.5), `${[left, right, bottom, top]}`);
-    await closed(page);
+    await closePage(page);
   });
 
-  test("the sheet: a name fills it, the next thing has room of its own, and a new sheet is blank", async () => {
+  test("the sheet: a name fills it, the next object has its own room, and a new sheet is blank", async () => {
     const page = await opened("draw", "pen");
     await page.getByRole("textbox", { name: "Text" }).fill("Mia");
     await shown(page);
@@ -220,7 +220,7 @@ export function drawing(test, bench) {
     await page.getByText("A new sheet lies there.").waitFor();
     assert.deepEqual((await bench.station.call("world.look")).strokes, []);
     assert.ok(await page.getByRole("button", { name: "New sheet" }).first().isDisabled());
-    await closed(page);
+    await closePage(page);
   });
 
   test("the sheet: objects are drawn together in true size, undone and done again", async () => {
@@ -254,10 +254,10 @@ export function drawing(test, bench) {
     await page.getByRole("radio", { name: "Change the pen between them" }).check({ force: true });
     await shown(page);
     await page.getByTestId("draw-start").click();
-    await is(page, "job", "paused", 60_000);
+    await waitForState(page, "job", "paused", 60_000);
     const first = await marks();
     await page.getByTestId("run-resume").or(page.getByTestId("job-strip-pause")).first().click();
-    await is(page, "job", "done", 60_000);
+    await waitForState(page, "job", "done", 60_000);
     const all = await marks();
     const side = (points, axis) => boundsOf(points)[axis];
     const [left, right] = [all.filter(([, y]) => y < 0), all.filter(([, y]) => y > 0)];
@@ -267,10 +267,10 @@ export function drawing(test, bench) {
     const [[rx0, rx1], [ry0, ry1]] = [side(right, 0), side(right, 1)];
     assert.ok(near(ry1 - ry0, 30, 0.4) && near(rx1 - rx0, 30, 0.4), `${[rx0, rx1, ry0, ry1]}`);
     assert.ok(near((ry0 + ry1) / 2, 60, 0.4) && near((rx0 + rx1) / 2, 220, 0.4));
-    await closed(page);
+    await closePage(page);
   });
 
-  test("the sheet: filled shapes that become outlines are told of, and filled at a press", async () => {
+  test("the sheet: filled shapes that become outlines get a note, and are filled after one press", async () => {
     const page = await opened("draw", "pen");
     await give(page, "filled.svg", RECT.replace('fill="none" stroke="#b00020"', 'fill="#b00020"'));
     await page.getByText("They will be outlines.").waitFor();
@@ -284,10 +284,10 @@ export function drawing(test, bench) {
     const [[left, right], [bottom, top]] = boundsOf(points);
     // Hatch lines end along all edges and not only at the corners.
     assert.ok(points.length > 20 && near(right - left, 7.5, 1) && near(top - bottom, 15, 1), `${points.length} points`);
-    await closed(page);
+    await closePage(page);
   });
 
-  test("presets: saved, chosen into the fields, and removed", async () => {
+  test("presets: saved, selected into the fields, and removed", async () => {
     const page = await opened("draw", "pen");
     await give(page, "rectangle.svg", RECT);
     await page.getByTestId("setup-speed").fill("37");
@@ -313,7 +313,7 @@ export function drawing(test, bench) {
     assert.equal(file.suggestedFilename(), "suite-pen.toml");
     await page.getByTestId("preset-remove").click();
     await page.getByTestId("preset-tile-suite-pen").waitFor({ state: "detached" });
-    await closed(page);
+    await closePage(page);
   });
 
   test("engraving: nothing burns before the laser is armed, and every end disarms it", async () => {
@@ -339,9 +339,9 @@ export function drawing(test, bench) {
         delete document.hidden;
       }, leave);
       if (leave === "route") {
-        await is(page, "route", "move");
+        await waitForState(page, "route", "move");
         await page.goto(`${bench.url()}#/engrave`);
-        await is(page, "route", "engrave");
+        await waitForState(page, "route", "engrave");
         await shown(page);
       }
       assert.equal(await armed(), "false", leave);
@@ -354,7 +354,7 @@ export function drawing(test, bench) {
     const [, [left, right]] = boundsOf(await marks(true));
     assert.ok(near(right - left, 30, 0.5), `${left} to ${right}`);
     assert.equal((await bench.station.pose()).tool.laser, false);
-    await closed(page);
+    await closePage(page);
   });
 
   test("engraving: a test grid is laid on the sheet and burnt as one", async () => {
@@ -368,17 +368,17 @@ export function drawing(test, bench) {
     assert.ok(drawn > 0);
     await page.getByTestId("laser-arm").click();
     await page.getByTestId("draw-start").click();
-    await is(page, "job", "running");
+    await waitForState(page, "job", "running");
     for (let looks = 0; looks < 200 && (await marks(true)).length === 0; looks++) await page.waitForTimeout(100);
     await page.getByTestId("stop").click();
-    await is(page, "job", "stopped");
-    await bench.station.stands();
+    await waitForState(page, "job", "stopped");
+    await bench.station.waitForRest();
     const burnt = JSON.stringify(await marks(true));
     assert.ok(burnt.length > 2, "nothing was burnt");
     await page.waitForTimeout(500);
     assert.equal(JSON.stringify(await marks(true)), burnt, "it burns on");
     assert.equal(await page.getByTestId("laser-arm").getAttribute("aria-checked"), "false");
-    await closed(page);
+    await closePage(page);
   });
 
   if (bench.outlives !== true) return;
@@ -398,11 +398,11 @@ export function drawing(test, bench) {
       if (route === "engrave") await page.getByTestId("laser-arm").click();
       await page.waitForTimeout(300);
       await page.screenshot({ path: join(bench.shots, `${route}.png`) });
-      await closed(page);
+      await closePage(page);
     }
   });
 
-  test("engraving: a page that is closed in the middle of it leaves no laser on", async () => {
+  test("engraving: closing the page during a job switches the laser off", async () => {
     const page = await opened("engrave", "laser");
     page.on("dialog", (dialog) => void dialog.accept());
     await give(page, "rectangle.svg", RECT);
@@ -410,7 +410,7 @@ export function drawing(test, bench) {
     await shown(page);
     await page.getByTestId("laser-arm").click();
     await page.getByTestId("draw-start").click();
-    await is(page, "job", "running");
+    await waitForState(page, "job", "running");
     for (let looks = 0; looks < 300 && (await marks(true)).length === 0; looks++) await page.waitForTimeout(50);
     assert.ok((await marks(true)).length > 0, "nothing burns yet");
     const began = Date.now();

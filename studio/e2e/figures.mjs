@@ -8,8 +8,8 @@ import { dirname, extname, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
-import { Browser, is, Station } from "./bench.mjs";
-import { now, Way, Wired } from "./line.mjs";
+import { Browser, Station, waitForState } from "./bench.mjs";
+import { CuttableLink, now, RealArmStation } from "./line.mjs";
 import { TYPES } from "./sim.mjs";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
@@ -49,11 +49,11 @@ async function within(make, body) {
   }
 }
 const virtual = () => new Station(program);
-const wired = () => new Wired(program);
+const wired = () => new RealArmStation(program);
 const ready = async (page) => {
   if ((await page.evaluate(() => document.body.dataset.alarm)) === "true")
     await page.getByTestId("clear-alarms").click();
-  await is(page, "alarm", "false");
+  await waitForState(page, "alarm", "false");
 };
 
 /** Lighthouse, installed in a separate folder because it is not one of the page's packages. */
@@ -150,7 +150,7 @@ const figures = {
       let held = 0;
       await context.route(/three\.js|scene\.js|\.wasm/, () => void held++);
       await page.goto(station.url);
-      await is(page, "link", "up");
+      await waitForState(page, "link", "up");
       const began = now();
       await page.getByTestId("stop").click();
       await page.getByTestId("notice").locator("p").waitFor();
@@ -175,10 +175,10 @@ const figures = {
         const began = now();
         await page.goto(files.url);
         await page.getByTestId("connect-sim").click();
-        await is(page, "lease", "mine", 60_000);
+        await waitForState(page, "lease", "mine", 60_000);
         const pressed = now();
         await page.getByTestId("first-wave").click();
-        await is(page, "moving", "true", 60_000);
+        await waitForState(page, "moving", "true", 60_000);
         waits.push({ all: now() - began, motion: now() - pressed, bytes: files.taken() });
         await context.close();
       }
@@ -259,7 +259,7 @@ const figures = {
           await page.mouse.down();
           await sleep(1500);
           await page.mouse.up();
-          await is(page, "jog", "idle");
+          await waitForState(page, "jog", "idle");
         }
         const { heard, spent } = await page.evaluate(() => ({ heard: window.heard, spent: window.spent }));
         say("W5", "pose read to heard by the page, p50", share(heard, 0.5), "ms");
@@ -300,17 +300,17 @@ const figures = {
       const took = [];
       let ended = 0;
       for (let round = 0; took.length < 5 && round < 15; round++) {
-        const way = new Way();
+        const way = new CuttableLink();
         await way.start();
         await within(
-          () => new Wired(program, ["--allow-host", `127.0.0.1:${way.port}`]),
+          () => new RealArmStation(program, ["--allow-host", `127.0.0.1:${way.port}`]),
           async (browser, station) => {
             way.to = Number(new URL(station.url).port);
             const page = await browser.inControl(`http://127.0.0.1:${way.port}/`);
             await ready(page);
             await page.getByTestId("jog-z-plus").hover();
             await page.mouse.down();
-            await is(page, "jog", "running");
+            await waitForState(page, "jog", "running");
             await sleep(400);
             const stopped = await processes(browser);
             const debug = await page.context().newCDPSession(page);
@@ -420,7 +420,7 @@ const figures = {
         }, seconds);
       for (const route of ["plots", "run", "arms", "move"]) {
         await page.goto(`${station.url}#/${route}`);
-        await is(page, "route", route);
+        await waitForState(page, "route", route);
         await lived(300);
       }
       const before = await heap();
@@ -459,7 +459,7 @@ const figures = {
       const page = await browser.inControl(station.url, { init });
       await ready(page);
       await page.goto(`${station.url}#/run`);
-      await is(page, "route", "run");
+      await waitForState(page, "route", "run");
       await page.locator("[data-testid=view][data-camera]").waitFor();
       await sleep(2000);
       const longest = async (what, body) => {
@@ -499,7 +499,7 @@ const figures = {
       await stop("is checked");
       await page.locator(".check.busy").waitFor({ state: "detached", timeout: 60_000 });
       await started();
-      await is(page, "job", "running", 60_000);
+      await waitForState(page, "job", "running", 60_000);
       await sleep(1500);
       await longest("while it runs", () => stop("runs"));
     });

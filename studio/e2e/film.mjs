@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
-import { Browser, is, Station } from "./bench.mjs";
+import { Browser, Station, waitForState } from "./bench.mjs";
 
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const out = process.argv[2] ?? join(root, "docs/pictures/studio.gif");
@@ -27,22 +27,22 @@ const still = async () => {
   for (let left = STILL; left > 0; left--) await shot();
 };
 await page.getByTestId("clear-alarms").click();
-await is(page, "alarm", "false");
+await waitForState(page, "alarm", "false");
 await page.goto(`${station.url}#/run`);
-await is(page, "route", "run");
+await waitForState(page, "route", "run");
 await page.getByTestId("program-open").setInputFiles(join(root, "crates/magician-program/samples/house.svg"));
 await page.locator("[data-testid=run-preview][data-shown=true]").waitFor();
 await still();
 await page.getByTestId("run-start").click();
-await is(page, "job", "running");
+await waitForState(page, "job", "running");
 while ((await page.evaluate(() => document.body.dataset.job)) === "running") {
   await shot();
   await sleep(1000 / RATE / 2);
 }
-await is(page, "job", "done");
+await waitForState(page, "job", "done");
 await still();
 await page.goto(`${station.url}#/world`);
-await is(page, "route", "world");
+await waitForState(page, "route", "world");
 await page.getByTestId("world-paper").scrollIntoViewIfNeeded();
 await sleep(1000);
 await still();

@@ -1,7 +1,7 @@
 // Tests of the gallery: each example is started and checked in the virtual arm's world. Help and
 // tour.
 import assert from "node:assert/strict";
-import { is } from "./bench.mjs";
+import { waitForState } from "./bench.mjs";
 
 /** Position of an object's centre, rounded to centimetres; z to half centimetres. */
 const placeOf = ({ objects }, name) => {
@@ -37,13 +37,13 @@ const EXAMPLES = {
 
 export function gallery(test, { browser, station, url }) {
   for (const [name, [panel, judge]] of Object.entries(EXAMPLES)) {
-    test(`examples: ${name} runs at one press, in the world that it needs`, async () => {
+    test(`examples: ${name} runs after one press, in its scenario`, async () => {
       // As for a first visit, no arm is connected. The belt runs for a fixed time, which a busy
       // computer would miss at twenty times the speed.
       const page = await browser.page(`${url()}?speed=${name === "belt" ? 1 : 20}#/gallery`);
       await page.getByTestId(`gallery-${name}`).click();
-      await is(page, "route", panel, 20_000);
-      await is(page, "job", "done", 120_000);
+      await waitForState(page, "route", panel, 20_000);
+      await waitForState(page, "job", "done", 120_000);
       await station.join(page);
       judge(await station.call("world.look"));
       await page.context().close();
@@ -53,13 +53,13 @@ export function gallery(test, { browser, station, url }) {
   test("examples: the laser engraves the photo", async () => {
     const page = await browser.page(`${url()}?speed=20#/gallery`);
     await page.getByTestId("gallery-engrave").click();
-    await is(page, "route", "engrave", 20_000);
+    await waitForState(page, "route", "engrave", 20_000);
     // Nothing burns before a person has armed the laser: not an example, and not what was stopped.
     await page.getByText("The arm can do it").waitFor({ timeout: 60_000 });
     assert.ok(await page.getByTestId("draw-start").isDisabled());
     await page.getByTestId("laser-arm").click();
     await page.getByTestId("draw-start").click();
-    await is(page, "job", "running", 60_000);
+    await waitForState(page, "job", "running", 60_000);
     await station.join(page);
     const burns = async () => ((await station.call("world.look")).strokes ?? []).some(({ burnt }) => burnt);
     for (let tries = 0; !(await burns()); tries++) {
@@ -67,24 +67,24 @@ export function gallery(test, { browser, station, url }) {
       await page.waitForTimeout(200);
     }
     await page.getByTestId("stop").click();
-    await is(page, "job", "stopped");
+    await waitForState(page, "job", "stopped");
     for (const route of ["engrave", "move", "run"]) {
       await page.evaluate((route) => (location.hash = `#/${route}`), route);
-      await is(page, "route", route);
+      await waitForState(page, "route", route);
       assert.ok(await page.getByTestId("job-strip-pause").isDisabled(), route);
     }
     await page.getByTestId("strip-laser-arm").click();
     await page.getByTestId("job-strip-pause").click();
-    await is(page, "job", "running", 60_000);
+    await waitForState(page, "job", "running", 60_000);
     await page.getByTestId("stop").click();
     await page.context().close();
   });
 
-  test("examples: the bad day shows what goes wrong", async () => {
+  test("examples: the bad day shows its faults", async () => {
     const page = await browser.page(`${url()}?speed=5#/gallery`);
     await page.getByTestId("gallery-faults").click();
     // The cable is unplugged after twenty seconds of the arm's clock.
-    await is(page, "job", "interrupted", 60_000);
+    await waitForState(page, "job", "interrupted", 60_000);
     await page.context().close();
   });
 
@@ -108,9 +108,9 @@ export function gallery(test, { browser, station, url }) {
   test("tour: by keyboard from beginning to end, and nothing moves", async () => {
     const page = await browser.page(`${url()}#/move`);
     await page.getByTestId("connect-sim").click();
-    await is(page, "lease", "mine");
+    await waitForState(page, "lease", "mine");
     await station.join(page);
-    const before = await station.stands();
+    const before = await station.waitForRest();
     await page.getByTestId("help").click();
     await page.getByTestId("tour").click();
     const card = page.getByTestId("tour-card");
@@ -122,7 +122,7 @@ export function gallery(test, { browser, station, url }) {
       await page.waitForTimeout(50);
     }
     assert.ok(steps >= 6, `${steps} steps`);
-    const { x, y, z } = await station.stands();
+    const { x, y, z } = await station.waitForRest();
     assert.deepEqual([x, y, z], [before.x, before.y, before.z]);
     await page.context().close();
   });
@@ -133,12 +133,12 @@ export function galleryAtStation(test, { browser, station }) {
   test("examples: at a station one press takes control that is free, and runs", async () => {
     const page = await browser.page(`${station.url}#/gallery`);
     await page.getByTestId("gallery-write").click();
-    await is(page, "job", "running", 30_000);
-    await is(page, "route", "draw");
+    await waitForState(page, "job", "running", 30_000);
+    await waitForState(page, "route", "draw");
     await page.getByTestId("stop").click();
-    await is(page, "job", "stopped");
+    await waitForState(page, "job", "stopped");
     await page.getByTestId("lease-release").click();
-    await is(page, "lease", "free");
+    await waitForState(page, "lease", "free");
     await page.context().close();
   });
 }

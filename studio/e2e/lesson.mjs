@@ -2,7 +2,7 @@
 // tablet and a desktop.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { is, Station } from "./bench.mjs";
+import { Station, waitForState } from "./bench.mjs";
 import { findings } from "./looks.mjs";
 
 const ARMS = Array.from({ length: 10 }, (_, nth) => `a${nth + 1}`);
@@ -51,7 +51,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await look(teacher, "make");
       await teacher.getByTestId("class-make").click();
       await says(teacher, "class-pupils", "Hanna");
-      await is(teacher, "lease", "free");
+      await waitForState(teacher, "lease", "free");
       assert.equal(await teacher.getByTestId("class-pupils").locator("tbody tr").count(), NAMES.length);
       await says(teacher, "class-count", "Missing: 8.");
       // The slips contain what a pupil needs to sign in.
@@ -129,7 +129,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       // .. and persists across restarts of the station.
       await station.kill();
       await ben.getByText("No connection since").waitFor();
-      await is(teacher, "link", "lost");
+      await waitForState(teacher, "link", "lost");
       assert.equal(await teacher.locator(".tile.lost").count(), ARMS.length);
       assert.equal(
         await teacher.locator(".tile .who", { hasText: "free" }).count(),
@@ -170,7 +170,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await ben.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
       await look(ben, "draw-tablet");
       await ben.getByTestId("draw-start").click();
-      await is(ben, "job", "done", 60_000);
+      await waitForState(ben, "job", "done", 60_000);
       await teacher.getByTestId("results").locator("img").waitFor();
       assert.ok(
         await teacher
@@ -192,16 +192,16 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await ben.getByTestId("class-code").waitFor();
       // A user who takes control is asked for a name once.
       await teacher.getByTestId("arm-a5").getByRole("link").click();
-      await is(teacher, "route", "move");
+      await waitForState(teacher, "route", "move");
       await teacher.getByTestId("lease-take").click();
       await teacher.getByTestId("naming-name").fill("Ms Lee");
       await look(teacher, "naming", { whole: false });
       await teacher.getByTestId("naming-take").click();
-      await is(teacher, "lease", "mine");
+      await waitForState(teacher, "lease", "mine");
       await says(teacher, "owner", "Ms Lee, teacher");
       await teacher.getByTestId("lease-release").click();
       await teacher.getByTestId("lease-take").click();
-      await is(teacher, "lease", "mine");
+      await waitForState(teacher, "lease", "mine");
       await teacher.getByTestId("lease-release").click();
       await teacher.goto(`${station.url}#/class`);
       // After a sign-out the sign-in form is empty.
@@ -220,7 +220,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
     }
   });
 
-  test("a page that nobody sees gives its socket up after a minute, unless it has a place", async () => {
+  test("a hidden page releases its connection after a minute, unless it has a place in the queue", async () => {
     const station = new At(program, ["--arm", "left=sim"]);
     await station.start();
     try {
@@ -249,11 +249,11 @@ export function lesson(test, { browser, program, shots, At = Station }) {
         await hide(page, true);
         await page.clock.fastForward(61_000);
       }
-      await is(pages.Ada, "link", "closed");
+      await waitForState(pages.Ada, "link", "closed");
       for (let looks = 0; (await here()).length > 2 && looks < 100; looks++) await pages.Ada.waitForTimeout(50);
       assert.deepEqual(await here(), ["Ben", "Chen"]);
       for (const page of Object.values(pages)) await hide(page, false);
-      await is(pages.Ada, "link", "up");
+      await waitForState(pages.Ada, "link", "up");
       await pages.Ada.getByTestId("mine-arm").getByText("You have no arm now.").waitFor();
       assert.deepEqual(await here(), ["Ada", "Ben", "Chen"]);
     } finally {
@@ -302,7 +302,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
         await page.clock.fastForward(25_000);
         await page.waitForTimeout(100);
       }
-      await is(page, "link", "up");
+      await waitForState(page, "link", "up");
       assert.equal(await page.getByTestId("closed").count(), 0);
     } finally {
       for (const context of browser.browser.contexts()) await context.close();
@@ -310,7 +310,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
     }
   });
 
-  test("the schedule stands at the arm that it keeps, and gives nobody a place that is of no use", async () => {
+  test("the schedule is shown at its arm, and nobody gets a useless place in the queue", async () => {
     const station = new At(program, ["--arm", "left=sim", "--arm", "right=sim"]);
     await station.start();
     try {

@@ -15,7 +15,7 @@ const listening = (server) => new Promise((done) => server.listen(0, "127.0.0.1"
  * The arm's line: forwards bytes in both directions, records the times of stops, and counts
  * requests.
  */
-class Line {
+class ObservedLine {
   stops = [];
   asked = 0;
 
@@ -62,8 +62,8 @@ class Line {
 }
 
 /** A station with its virtual arm in another process, which the station takes for a real one. */
-export class Wired extends Station {
-  line = new Line();
+export class RealArmStation extends Station {
+  line = new ObservedLine();
 
   /** `words` are further arguments of `magician serve`. */
   constructor(program, words = []) {
@@ -91,7 +91,7 @@ export class Wired extends Station {
 }
 
 /** Connection to a station that can be dropped, or can fall silent without notice. */
-export class Way {
+export class CuttableLink {
   ends = [];
   whole = true;
 

@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
-import { is } from "./bench.mjs";
+import { waitForState } from "./bench.mjs";
 
 const ROUTES = [
   "move",
@@ -43,12 +43,12 @@ export function looks(test, { browser, station, shots }) {
         const inControl = size === "desktop" || size === "phone";
         if (inControl) {
           await page.getByTestId("lease-take").click();
-          await is(page, "lease", "mine");
+          await waitForState(page, "lease", "mine");
         }
         await page.locator("[data-testid=view][data-camera]").waitFor();
         for (const route of ROUTES) {
           await page.goto(`${station.url}#/${route}`);
-          await is(page, "route", route);
+          await waitForState(page, "route", route);
           if (["move", "world"].includes(route)) await page.locator("[data-testid=view][data-camera]").waitFor();
           await sleep(400);
           const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
@@ -65,17 +65,17 @@ export function looks(test, { browser, station, shots }) {
         await page.getByTestId("tour-end").click();
         if (inControl) {
           await page.getByTestId("lease-release").click();
-          await is(page, "lease", "free");
+          await waitForState(page, "lease", "free");
         }
         await page.context().close();
       }
     });
   }
 
-  test("no route that is opened at its address complains before it is connected", async () => {
+  test("no route opened by its address shows an error before it is connected", async () => {
     for (const route of ROUTES) {
       const page = await browser.page(`${station.url}#/${route}`);
-      await is(page, "link", "up");
+      await waitForState(page, "link", "up");
       await sleep(300);
       assert.equal(await page.getByTestId("notice").textContent(), "", route);
       // All images are loaded.
@@ -92,7 +92,7 @@ export function looks(test, { browser, station, shots }) {
     const page = await browser.inControl(station.url, { viewport: { width: 1280, height: 800 } });
     if ((await page.evaluate(() => document.body.dataset.alarm)) === "true")
       await page.getByTestId("clear-alarms").click();
-    await is(page, "alarm", "false");
+    await waitForState(page, "alarm", "false");
     for (const [button, ms] of [
       ["z-plus", 900],
       ["y-plus", 1600],
@@ -103,7 +103,7 @@ export function looks(test, { browser, station, shots }) {
       await page.mouse.down();
       await sleep(ms);
       await page.mouse.up();
-      await is(page, "jog", "idle");
+      await waitForState(page, "jog", "idle");
     }
     // State in the middle of a task. On a busy machine the jog may end before the screenshot, so it
     // is tried again.
@@ -114,14 +114,14 @@ export function looks(test, { browser, station, shots }) {
       await page.screenshot({ path: join(shots, "studio.png") });
       runs = await page.evaluate(() => document.body.dataset.jog === "running");
       await page.mouse.up();
-      await is(page, "jog", "idle");
+      await waitForState(page, "jog", "idle");
     }
     await page.getByTestId("lease-release").click();
-    await is(page, "lease", "free");
+    await waitForState(page, "lease", "free");
     await page.context().close();
   });
 
-  test("Chinese is complete, fits, and is found right by axe", async () => {
+  test("Chinese is complete, fits, and passes axe", async () => {
     const page = await browser.connected(station.url, { viewport: { width: 360, height: 740 }, bypassCSP: true });
     await page.goto(`${station.url}#/settings`);
     await page.getByTestId("settings-language-zh").check({ force: true });
@@ -130,7 +130,7 @@ export function looks(test, { browser, station, shots }) {
     assert.match(await page.locator("main").textContent(), /母语/);
     for (const route of ROUTES) {
       await page.goto(`${station.url}#/${route}`);
-      await is(page, "route", route);
+      await waitForState(page, "route", route);
       await sleep(300);
       const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       assert.ok(over <= 0, `${route}: ${over} px too wide`);

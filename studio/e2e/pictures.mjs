@@ -5,7 +5,7 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
-import { Browser, is } from "./bench.mjs";
+import { Browser, waitForState } from "./bench.mjs";
 import { Files, Sim } from "./sim.mjs";
 
 const root = join(import.meta.dirname, "../..");
@@ -13,7 +13,7 @@ const program = process.env.MAGICIAN ?? join(root, "target/debug/magician");
 const to = join(root, "studio/public/assets");
 const WIDE = 440;
 
-const done = (page) => is(page, "job", "done", 120_000);
+const done = (page) => waitForState(page, "job", "done", 120_000);
 const holds = async (_, sim) => {
   for (let tries = 0; tries < 600; tries++) {
     const { objects } = await sim.call("world.look");
@@ -51,7 +51,7 @@ try {
   for (const [name, [speed, moment]] of Object.entries(MOMENTS).filter(([name]) => name.includes(word))) {
     const page = await browser.page(`${files.url}?speed=${speed}#/gallery`, { deviceScaleFactor: 2 });
     await page.getByTestId(`gallery-${name}`).click();
-    await is(page, "lease", "mine", 30_000);
+    await waitForState(page, "lease", "mine", 30_000);
     const sim = new Sim("none");
     await sim.join(page);
     await page.waitForFunction(() => ["running", "done"].includes(document.body.dataset.job), null, {

@@ -251,7 +251,7 @@ export class Cable {
   }
 
   /** Time at which the arm came to rest, by the test's clock: the last change of its pose. */
-  async standsAt(within = 5000) {
+  async timeOfRest(within = 5000) {
     let [before, changed] = [null, performance.now()];
     for (const ends = performance.now() + within; performance.now() < ends && performance.now() - changed < 700; ) {
       const asked = performance.now();
@@ -266,8 +266,8 @@ export class Cable {
    * Time from the last motion command until the arm rested, ms by the arm's clock, since this
    * machine may be busy.
    */
-  async wentOn(isMove) {
-    await this.standsAt();
+  async hasMovedOn(isMove) {
+    await this.timeOfRest();
     const frames = this.traced();
     const last = frames.findLast((frame) => frame.toArm && isMove(frame));
     const poses = frames.filter((frame) => !frame.toArm && frame.id === 10);

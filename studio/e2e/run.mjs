@@ -2,7 +2,7 @@
 // station.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { is } from "./bench.mjs";
+import { waitForState } from "./bench.mjs";
 
 const SQUARE =
   '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="40mm" viewBox="0 0 40 40"><path d="M0 0H40V40H0Z" fill="none" stroke="#000"/></svg>';
@@ -10,7 +10,7 @@ const SQUARE =
 const FAR = "G21\nG90\nG0 X600 Y0 Z-50\nG1 X610 F1200\n";
 const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
 
-export function running(test, { browser, station, closed, shots }) {
+export function running(test, { browser, station, closePage, shots }) {
   const job = async () => (await station.call("job.list")).jobs.at(-1);
   const until = async (what, is) => {
     for (const ends = Date.now() + 15_000; ; await new Promise((done) => setTimeout(done, 100))) {
@@ -23,9 +23,9 @@ export function running(test, { browser, station, closed, shots }) {
     const page = await browser.inControl(station.url, options);
     if ((await page.evaluate(() => document.body.dataset.alarm)) === "true")
       await page.getByTestId("clear-alarms").click();
-    await is(page, "alarm", "false");
+    await waitForState(page, "alarm", "false");
     await page.goto(`${station.url}#/run`);
-    await is(page, "route", "run");
+    await waitForState(page, "route", "run");
     return page;
   };
   const give = async (page, name, text) => {
@@ -36,21 +36,21 @@ export function running(test, { browser, station, closed, shots }) {
   };
   const shown = (page) => page.locator("[data-testid=run-preview][data-shown=true]").waitFor();
 
-  test("Start counts, also when the program is checked once more meanwhile", async () => {
+  test("Start works during another check of the program", async () => {
     const page = await opened();
     await give(page, "at once.svg", SQUARE);
     const before = (await station.call("job.list")).jobs.length;
     await page.evaluate(() =>
       ["run-start", "run-check"].forEach((name) => document.querySelector(`[data-testid=${name}]`).click()),
     );
-    await is(page, "job", "running");
+    await waitForState(page, "job", "running");
     await page.getByTestId("stop").click();
-    await is(page, "job", "stopped");
+    await waitForState(page, "job", "stopped");
     assert.equal((await station.call("job.list")).jobs.length, before + 1);
-    await closed(page);
+    await closePage(page);
   });
 
-  test("a drawing is opened, shown before it runs, drawn, paused and gone on with", async () => {
+  test("a drawing is opened, previewed, drawn, paused and resumed", async () => {
     const page = await opened();
     await give(page, "square.svg", SQUARE);
     assert.ok(
@@ -62,12 +62,12 @@ export function running(test, { browser, station, closed, shots }) {
     await page.getByTestId("setup-at").press("Tab");
     await shown(page);
     await page.getByText("The arm can do it").waitFor();
-    const before = await station.stands();
+    const before = await station.waitForRest();
     await page.getByTestId("run-check").click();
     await page.getByText("The arm can do it").waitFor();
     assert.equal((await station.pose()).x, before.x, "a check moves nothing");
     await page.getByTestId("run-start").click();
-    await is(page, "job", "running");
+    await waitForState(page, "job", "running");
     const { title } = await until("runs", ({ step }) => step > 2);
     assert.equal(title, "square");
     assert.ok(Number(await page.getByTestId("run-progress").getAttribute("aria-valuenow")) >= 0);
@@ -78,21 +78,21 @@ export function running(test, { browser, station, closed, shots }) {
       .waitFor();
     await page.screenshot({ path: join(shots, "run.png") });
     await page.getByTestId("run-pause").click();
-    await is(page, "job", "paused");
-    const stood = await station.stands();
+    await waitForState(page, "job", "paused");
+    const stood = await station.waitForRest();
     assert.ok(stood.z > -60 + 1, "the pen is up");
     // During a pause the arm can be moved.
-    await station.stands();
+    await station.waitForRest();
     await page.getByTestId("run-resume").click();
-    await is(page, "job", "running");
-    await is(page, "job", "done", 60_000);
+    await waitForState(page, "job", "running");
+    await waitForState(page, "job", "done", 60_000);
     assert.equal(await page.getByTestId("run-progress").getAttribute("aria-valuenow"), "100");
     const { drawing } = await station.call("world.look");
     assert.match(drawing, /<(path|polyline)/);
-    await closed(page);
+    await closePage(page);
   });
 
-  test("where nothing would show on the paper the page says so before it starts", async () => {
+  test("a drawing that would leave no marks is reported before it starts", async () => {
     const page = await opened();
     const inWorld = async (name) => {
       await page.goto(`${station.url}#/world`);
@@ -115,14 +115,14 @@ export function running(test, { browser, station, closed, shots }) {
     await page.getByTestId("alarm-banner").locator("li").first().waitFor();
     await page.goto(`${station.url}#/move`);
     await page.getByTestId("clear-alarms").click();
-    await is(page, "alarm", "false");
-    await closed(page);
+    await waitForState(page, "alarm", "false");
+    await closePage(page);
   });
 
-  test("what the arm cannot do is refused at its line, and nothing moves", async () => {
+  test("an impossible step is refused at its line, and nothing moves", async () => {
     const page = await opened();
     await give(page, "far.gcode", FAR);
-    const before = await station.stands();
+    const before = await station.waitForRest();
     await page.getByTestId("run-complaint-1").waitFor();
     const text = await page.getByTestId("run-complaint-1").textContent();
     assert.match(text, /Line 3/);
@@ -134,14 +134,14 @@ export function running(test, { browser, station, closed, shots }) {
     await page.getByTestId("run-start").click();
     await page.getByTestId("run-complaint-1").waitFor();
     assert.equal((await station.call("job.list")).jobs.length, jobs, "no job began");
-    assert.equal((await station.stands()).x, before.x);
+    assert.equal((await station.waitForRest()).x, before.x);
     await page.getByRole("button", { name: "Delete far.gcode" }).click();
     await page.getByTestId("confirm-yes").click();
     await page.getByTestId("program-far.gcode").waitFor({ state: "detached" });
-    await closed(page);
+    await closePage(page);
   });
 
-  test("a job is stopped with its pen up, and the stop of the page leaves no lines behind it", async () => {
+  test("a job is stopped with its pen up, and the page's stop leaves no lines", async () => {
     const page = await opened();
     await give(page, "square.svg", SQUARE);
     await page.getByText("The arm can do it").waitFor();
@@ -149,35 +149,35 @@ export function running(test, { browser, station, closed, shots }) {
       await page.getByTestId("run-start").click();
       await until("draws", ({ state, step }) => state === "running" && step > 3);
       await page.getByTestId(button).click();
-      await is(page, "job", "stopped");
-      const { z } = await station.stands();
+      await waitForState(page, "job", "stopped");
+      const { z } = await station.waitForRest();
       if (button === "run-stop") assert.ok(z > -60 + 1, `the pen is up: ${z}`);
       assert.ok((await job()).step > 0);
     }
     await page.getByTestId("run-resume").waitFor();
-    await closed(page);
+    await closePage(page);
   });
 
-  test("a job of somebody else is shown as such, and anybody may stop it", async () => {
+  test("another client's job is shown as such, and every client may stop it", async () => {
     const page = await opened();
     await give(page, "square.svg", SQUARE);
     await page.getByText("The arm can do it").waitFor();
     await page.getByTestId("lease-release").click();
-    await is(page, "lease", "free");
+    await waitForState(page, "lease", "free");
     const other = await opened({ init: () => localStorage.setItem("magician.name", "Grace") });
     await other.getByTestId("program-square.svg").getByRole("button").first().click();
     await other.getByText("The arm can do it").waitFor();
     await other.getByTestId("run-start").click();
-    await is(page, "job", "running");
+    await waitForState(page, "job", "running");
     await page.getByText("started by Grace").waitFor();
     assert.ok(await page.getByTestId("job-strip-pause").isDisabled());
     await page.getByTestId("run-stop").click();
-    await is(other, "job", "stopped");
-    await closed(other);
-    await closed(page);
+    await waitForState(other, "job", "stopped");
+    await closePage(other);
+    await closePage(page);
   });
 
-  test("without WebGL what is planned is seen from above", async () => {
+  test("without WebGL the plan is shown from above", async () => {
     const init = () => {
       HTMLCanvasElement.prototype.getContext = () => null;
     };
@@ -193,10 +193,10 @@ export function running(test, { browser, station, closed, shots }) {
     assert.ok(planned[0].split("L").length >= 5, planned[0]);
     await page.getByTestId("run-preview").click();
     await page.locator("[data-testid=run-preview][data-shown=false]").waitFor();
-    await closed(page);
+    await closePage(page);
   });
 
-  test("a file of a million lines stops nothing of the page", async () => {
+  test("a file of a million lines does not block the page", async () => {
     const init = () => {
       window.longest = 0;
       window.read = 0;
@@ -235,6 +235,6 @@ export function running(test, { browser, station, closed, shots }) {
     const read = await page.evaluate(() => window.read);
     assert.ok(read <= 1_000_000, `${read} bytes at once`);
     await station.call("program.delete", { name: "million.gcode" });
-    await closed(page);
+    await closePage(page);
   });
 }

@@ -5,16 +5,16 @@ import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
-import { Browser, is } from "./bench.mjs";
+import { Browser, waitForState } from "./bench.mjs";
 import { Cable, mockOf } from "./port.mjs";
-import { Files, SHARED, Sim } from "./sim.mjs";
+import { Files, SHARED_TESTS, Sim } from "./sim.mjs";
 
 /** Commands by their ids in the protocol. */
 const [JOG, CP, BURN, PTP, LASER, CLEAR] = [73, 91, 92, 84, 61, 245];
 /** Longest duration of a jog after its last byte, ms: its `keep_ms` and 50. */
-const BOUND = 300;
+const STOP_LIMIT_MS = 300;
 /** Exposes the worker to the test, so that it can be terminated. */
-const SHOWN = `globalThis.workers = []; Worker = class extends Worker { constructor(...all) { super(...all); globalThis.workers.push(this); } };`;
+const EXPOSE_WORKERS = `globalThis.workers = []; Worker = class extends Worker { constructor(...all) { super(...all); globalThis.workers.push(this); } };`;
 /** Moves for some seconds, in many commands. */
 const PLAN = JSON.stringify({
   format: "magician-plan",
@@ -36,14 +36,14 @@ class SerialBrowser extends Browser {
   }
 
   page(url, options = {}) {
-    return super.page(url, { ...options, init: { content: SHOWN + mockOf(this.cable.bridge) } });
+    return super.page(url, { ...options, init: { content: EXPOSE_WORKERS + mockOf(this.cable.bridge) } });
   }
 
   async connected(url, options) {
     const page = await this.page(url, options);
     await page.getByTestId("connect-serial").click();
-    await is(page, "link", "up");
-    await is(page, "stale", "false");
+    await waitForState(page, "link", "up");
+    await waitForState(page, "stale", "false");
     await this.sim.join(page);
     return page;
   }
@@ -82,7 +82,7 @@ export function onSerial(tests, shared, bench, folder) {
       },
     ]);
   };
-  const closed = (page) => page.context().close();
+  const closePage = (page) => page.context().close();
   const moving = (frame) => frame.id === CP || frame.id === PTP;
 
   /** Opens a page that holds a jog. */
@@ -94,7 +94,7 @@ export function onSerial(tests, shared, bench, folder) {
       for (let looks = 0; looks < 20; looks++) if (await cable.moves()) return;
       assert.ok(tries < 5, await page.getByTestId("jog-status").textContent());
       await page.mouse.up();
-      await is(page, "jog", "idle");
+      await waitForState(page, "jog", "idle");
     }
   };
   /** Opens a page and homes its arm, without which it runs no program. */
@@ -102,9 +102,9 @@ export function onSerial(tests, shared, bench, folder) {
     await page.goto(`${files.url}#/move`);
     await page.getByTestId("home").click();
     await page.getByTestId("confirm-yes").click();
-    await is(page, "moving", "true");
-    await is(page, "moving", "false", 60_000);
-    await is(page, "alarm", "false");
+    await waitForState(page, "moving", "true");
+    await waitForState(page, "moving", "false", 60_000);
+    await waitForState(page, "alarm", "false");
     cable.sent = [];
   };
   const running = async (page) => {
@@ -119,14 +119,14 @@ export function onSerial(tests, shared, bench, folder) {
     await page.getByTestId("confirm").getByText("keep it open").waitFor();
     assert.ok(!cable.sent.some(moving), "nothing moves before the question is answered");
     await page.getByTestId("confirm-yes").click();
-    await is(page, "job", "running");
+    await waitForState(page, "job", "running");
     await cable.untilMoves();
   };
   /** After the last byte a jogging arm must rest in time, and no byte may follow. */
   const standsInTime = async () => {
-    const ms = await cable.wentOn(moving);
+    const ms = await cable.hasMovedOn(moving);
     console.log(`      moved for ${ms.toFixed(0)} ms after the last byte`);
-    assert.ok(ms > 0 && ms <= BOUND, `it moved for ${ms} ms after the last byte`);
+    assert.ok(ms > 0 && ms <= STOP_LIMIT_MS, `it moved for ${ms} ms after the last byte`);
     await sleep(300);
     assert.ok(!(await cable.moves()));
   };
@@ -135,9 +135,9 @@ export function onSerial(tests, shared, bench, folder) {
     const page = await browser.page(files.url);
     assert.match(await page.getByTestId("serial-why").textContent(), /only reads/);
     await page.getByRole("button", { name: "USB" }).click();
-    await is(page, "link", "up");
-    await is(page, "backend", "serial");
-    await is(page, "lease", "free");
+    await waitForState(page, "link", "up");
+    await waitForState(page, "backend", "serial");
+    await waitForState(page, "lease", "free");
     assert.equal(await page.getByTestId("header-arm").textContent(), "Real arm");
     await page.getByTestId("jog-note").waitFor();
     await sleep(2000);
@@ -157,37 +157,37 @@ export function onSerial(tests, shared, bench, folder) {
     assert.ok(lines.length > 40 && lines.every(({ ok }) => ok), said.slice(0, 500));
     assert.ok(lines.some(({ command, direction }) => command === "GetPose" && direction === "reply"));
     await page.reload();
-    await is(page, "ready", "true");
+    await waitForState(page, "ready", "true");
     await sleep(500);
-    await is(page, "backend", "none");
+    await waitForState(page, "backend", "none");
     assert.ok(await page.getByTestId("connect-serial").isEnabled());
-    await closed(page);
+    await closePage(page);
   });
 
-  test("a picker that is closed is no fault; a busy port and a silent arm are named", async () => {
+  test("a closed port picker is no fault; a busy port and a silent arm are reported", async () => {
     const page = await browser.page(files.url);
     const press = () => page.getByTestId("connect-serial").click();
     const says = (text) => page.getByTestId("serial-why").filter({ hasText: text }).waitFor();
     cable.granted = false;
     await press();
     await sleep(500);
-    await is(page, "backend", "none");
+    await waitForState(page, "backend", "none");
     await says("only reads");
     assert.equal((await page.getByTestId("notice").textContent()).trim(), "");
     Object.assign(cable, { granted: true, isBusy: true });
     await press();
     await says("magician serve");
-    await is(page, "backend", "none");
+    await waitForState(page, "backend", "none");
     Object.assign(cable, { isBusy: false, isMute: true });
     await press();
     await says("no arm answers");
     cable.isMute = false;
     await press();
-    await is(page, "link", "up");
-    await closed(page);
+    await waitForState(page, "link", "up");
+    await closePage(page);
   });
 
-  test("where a browser has no serial ports the page says which reason it is", async () => {
+  test("a browser without serial ports gets the reason", async () => {
     for (const [secure, text] of [
       [true, "Chrome or Edge"],
       [false, "through a server"],
@@ -223,9 +223,9 @@ export function onSerial(tests, shared, bench, folder) {
       }
     }
   };
-  for (const [name, body] of shared) if (SHARED.includes(name)) test(name, again(body));
+  for (const [name, body] of shared) if (SHARED_TESTS.includes(name)) test(name, again(body));
 
-  test("home and laser ask first", async () => {
+  test("home and laser ask for confirmation", async () => {
     const page = await browser.inControl(files.url);
     for (const button of ["home", "tool-laser"]) {
       if (button === "tool-laser") await page.getByTestId("tool-select").selectOption("laser");
@@ -236,7 +236,7 @@ export function onSerial(tests, shared, bench, folder) {
       assert.ok(!cable.since(began).some((frame) => frame.id === 31 || (frame.id === LASER && frame.ctrl)));
     }
     assert.ok(!(await cable.burns()));
-    await closed(page);
+    await closePage(page);
   });
 
   test("reads in single bytes, noise between frames and errors of the stream lose nothing", async () => {
@@ -246,7 +246,7 @@ export function onSerial(tests, shared, bench, folder) {
     for (const error of ["BufferOverrunError", "FramingError", "BreakError", "ParityError"]) {
       cable.error(error);
       await sleep(300);
-      await is(page, "link", "up");
+      await waitForState(page, "link", "up");
     }
     assert.equal(cable.opens, opens, "the port was lost");
     await page.getByTestId("jog-mode-step").check({ force: true });
@@ -254,7 +254,7 @@ export function onSerial(tests, shared, bench, folder) {
     await page.getByTestId("jog-z-plus").click();
     await sim.until("a step", (state) => Math.abs(state.z - before[2] - 5) < 0.02 && !state.moving);
     assert.equal(cable.sent.filter(moving).length, 1);
-    await closed(page);
+    await closePage(page);
   });
 
   for (const [what, kill] of [
@@ -274,7 +274,7 @@ export function onSerial(tests, shared, bench, folder) {
     ["a browser window that is gone", (page) => page.context().close()],
     ["a cable that is pulled", () => cable.unplug()],
   ]) {
-    test(`in a jog, ${what}: the arm stands in time`, async () => {
+    test(`during a jog, ${what}: the arm stops in time`, async () => {
       const page = await browser.inControl(files.url);
       await jogging(page);
       await kill(page);
@@ -287,7 +287,7 @@ export function onSerial(tests, shared, bench, folder) {
     });
   }
 
-  test("a page that is left in a job stops it, with the laser off, within 300 ms", async () => {
+  test("leaving the page stops a job, with the laser off, within 300 ms", async () => {
     for (const leave of [(page) => page.goto("about:blank"), (page) => page.close()]) {
       cable.sent = [];
       const page = await browser.inControl(files.url);
@@ -308,7 +308,7 @@ export function onSerial(tests, shared, bench, folder) {
     }
   });
 
-  test("a page that is left in the middle of an engraving is dark at the bytes in time", async () => {
+  test("leaving the page during an engraving sends laser off in time", async () => {
     cable.sent = [];
     const page = await browser.inControl(files.url);
     page.on("dialog", (dialog) => void dialog.accept());
@@ -331,7 +331,7 @@ export function onSerial(tests, shared, bench, folder) {
     assert.doesNotMatch(await page.getByTestId("confirm").textContent(), /"yes"/);
     assert.ok(!cable.sent.some((frame) => moving(frame)), "nothing moves before both questions are answered");
     await page.getByTestId("confirm-yes").click();
-    await is(page, "job", "running");
+    await waitForState(page, "job", "running");
     const isBurning = () => cable.sent.some((frame) => frame.id === BURN && frame.params.length === 17);
     for (let looks = 0; looks < 400 && !isBurning(); looks++) await sleep(50);
     assert.ok(isBurning(), "nothing burns yet");
@@ -353,36 +353,36 @@ export function onSerial(tests, shared, bench, folder) {
     await page.context().close();
   });
 
-  test("a cable that is pulled in a job is named lost and found again, and nothing is sent twice", async () => {
+  test("a pulled cable during a job is reported and reconnected, and nothing is sent twice", async () => {
     const page = await browser.inControl(files.url);
     await running(page);
     cable.unplug();
-    await is(page, "link", "lost");
+    await waitForState(page, "link", "lost");
     await page.getByTestId("link-since").waitFor();
-    await is(page, "job", "interrupted");
+    await waitForState(page, "job", "interrupted");
     await page.goto(`${files.url}#/move`);
     assert.ok(await page.getByTestId("jog-x-plus").isDisabled());
-    await is(page, "stale", "true");
+    await waitForState(page, "stale", "true");
     const count = cable.sent.filter(moving).length;
-    await cable.standsAt(15_000);
+    await cable.timeOfRest(15_000);
     const plugged = performance.now();
     cable.plug();
-    await is(page, "link", "up");
-    await is(page, "stale", "false");
+    await waitForState(page, "link", "up");
+    await waitForState(page, "stale", "false");
     await sleep(500);
     assert.ok(!cable.since(plugged).some(moving), "it goes on by itself");
     assert.equal(cable.sent.filter(moving).length, count);
     assert.ok(!(await cable.burns()));
-    await closed(page);
+    await closePage(page);
   });
 
-  test("another name, and a worker that hung for a while, keep port, control and what moves", async () => {
+  test("a new name and a hanging worker keep port, control and motion", async () => {
     const page = await browser.inControl(files.url);
     await page.goto(`${files.url}#/settings`);
     await page.getByTestId("settings-name").fill("Ada");
     await page.getByTestId("settings-name").press("Tab");
     await page.getByTestId("lease-holder").filter({ hasText: "You have control" }).waitFor();
-    await is(page, "link", "up");
+    await waitForState(page, "link", "up");
     await running(page);
     void page
       .workers()[0]
@@ -390,16 +390,16 @@ export function onSerial(tests, shared, bench, folder) {
         for (const ends = performance.now() + 4000; performance.now() < ends; );
       })
       .catch(() => {});
-    await is(page, "link", "lost");
-    await is(page, "link", "up");
-    await is(page, "backend", "serial");
+    await waitForState(page, "link", "lost");
+    await waitForState(page, "link", "up");
+    await waitForState(page, "backend", "serial");
     assert.ok(!cable.sent.some((frame) => frame.id === CLEAR && frame.ctrl), "nothing was stopped");
     await page.getByTestId("run-stop").click();
-    await is(page, "job", "stopped");
-    await closed(page);
+    await waitForState(page, "job", "stopped");
+    await closePage(page);
   });
 
-  test("a worker that checks a large program is not taken for dead", async () => {
+  test("a worker that checks a large program does not count as dead", async () => {
     const page = await browser.inControl(files.url);
     // As long as a large program takes on a slow computer, and longer than the timeout for a worker
     // that hangs.
@@ -419,26 +419,26 @@ export function onSerial(tests, shared, bench, folder) {
     await page
       .getByTestId("program-open")
       .setInputFiles({ name: "large.plan.json", mimeType: "text/plain", buffer: Buffer.from(PLAN) });
-    await is(page, "stale", "true");
+    await waitForState(page, "stale", "true");
     await page.getByText("The arm can do it").waitFor();
-    await is(page, "stale", "false");
+    await waitForState(page, "stale", "false");
     assert.deepEqual(
       (await page.evaluate(() => globalThis.links)).filter((link) => link !== "up"),
       [],
     );
-    await is(page, "backend", "serial");
-    await closed(page);
+    await waitForState(page, "backend", "serial");
+    await closePage(page);
   });
 
-  test("a worker that is ended is noticed, and the port can be chosen again", async () => {
+  test("a terminated worker is detected, and the port can be chosen again", async () => {
     const page = await browser.connected(files.url);
     await page.evaluate(() => globalThis.workers[0].terminate());
-    await is(page, "link", "lost");
-    await is(page, "backend", "none", 20_000);
+    await waitForState(page, "link", "lost");
+    await waitForState(page, "backend", "none", 20_000);
     await page.getByTestId("serial-why").filter({ hasText: "has ended" }).waitFor();
     await page.getByTestId("connect-serial").click();
-    await is(page, "link", "up");
-    await closed(page);
+    await waitForState(page, "link", "up");
+    await closePage(page);
   });
 
   const end = () => {

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { extname, join } from "node:path";
-import { Browser, is, near, Station } from "./bench.mjs";
+import { Browser, near, Station, waitForState } from "./bench.mjs";
 import { drawing } from "./draw.mjs";
 import { gallery } from "./gallery.mjs";
 
@@ -22,15 +22,15 @@ export const TYPES = {
 /** Path of a subfolder, as beside a book. */
 const BELOW = "/book/studio/";
 /** Tests of the station's page that apply here unchanged. */
-export const SHARED = [
-  "a held button moves the arm until it is let go",
+export const SHARED_TESTS = [
+  "a held button moves the arm until it is released",
   "the browser's menu, a cancelled touch and a hidden page end a jog",
-  "keys jog, and one that loses the focus stops",
-  "Escape and Space stop, and the key that was down does nothing more",
-  "a step is a step: by button, by key, in the frame of the tool",
-  "Stop stops what moves",
-  "the picture is the arm's: the tip is where its pose is projected",
-  "a page that hangs holds no jog",
+  "keys jog, and losing the focus stops the jog",
+  "Escape and Space stop, and a key still held has no further effect",
+  "a press makes one step: by button, by key, in the tool frame",
+  "Stop stops the motion",
+  "the picture shows the tip at the projection of its pose",
+  "a hanging page ends its jog",
 ];
 
 /** Plain file server. `patch` changes its files, as a newer build does. */
@@ -114,8 +114,8 @@ class SimBrowser extends Browser {
   async inControl(url, options) {
     const page = await this.page(url, options);
     await page.getByTestId("connect-sim").click();
-    await is(page, "lease", "mine");
-    await is(page, "stale", "false");
+    await waitForState(page, "lease", "mine");
+    await waitForState(page, "stale", "false");
     await this.sim.join(page);
     return page;
   }
@@ -140,16 +140,16 @@ export function onSim(tests, bench, folder) {
       },
     ]);
   };
-  const closed = (page) => page.context().close();
+  const closePage = (page) => page.context().close();
 
   test("files: the arm of the page is homed, in control, and moves at the first press", async () => {
     const page = await browser.page(files.url);
     const began = Date.now();
-    await is(page, "backend", "none");
+    await waitForState(page, "backend", "none");
     assert.match(await page.getByTestId("connect-serial").getAttribute("aria-describedby"), /serial-why/);
     await page.getByRole("button", { name: "Virtual arm" }).click();
-    await is(page, "backend", "sim");
-    await is(page, "lease", "mine");
+    await waitForState(page, "backend", "sim");
+    await waitForState(page, "lease", "mine");
     await sim.join(page);
     const before = await sim.pose();
     assert.deepEqual(before.alarms, []);
@@ -161,17 +161,17 @@ export function onSim(tests, bench, folder) {
     // Screenshot for the guide.
     await page.screenshot({ path: join(bench.shots, "offline.png") });
     await page.getByTestId("stop").click();
-    await is(page, "moving", "false");
-    await is(page, "job", "stopped");
+    await waitForState(page, "moving", "false");
+    await waitForState(page, "job", "stopped");
     assert.equal(await page.getByTestId("header-arm").textContent(), "Virtual arm");
-    await closed(page);
+    await closePage(page);
   });
 
   test("files: the house and a name are on the paper, and the speed is the address's", async () => {
     const page = await browser.inControl(`${files.url}?speed=20`);
     assert.equal(await page.getByTestId("header-arm").textContent(), "Virtual arm ×20");
     await page.getByTestId("first-house").click();
-    await is(page, "job", "done", 10_000);
+    await waitForState(page, "job", "done", 10_000);
     const { drawing, strokes } = await sim.call("world.look");
     // Upright for a reader in front of the arm: the ridge of the roof is nearest to the arm, in the
     // middle.
@@ -185,8 +185,8 @@ export function onSim(tests, bench, folder) {
     await page.getByTestId("draw-text").fill("Ångström");
     await page.locator("[data-testid=draw-preview][data-shown=true]").waitFor();
     await page.getByTestId("draw-start").click();
-    await is(page, "job", "running", 20_000);
-    await is(page, "job", "done", 30_000);
+    await waitForState(page, "job", "running", 20_000);
+    await waitForState(page, "job", "done", 30_000);
     const written = (await sim.call("world.look")).drawing;
     assert.ok(written.length > before + 1000, `${before} and ${written.length} of drawing`);
     // The name has space beside the house.
@@ -196,18 +196,18 @@ export function onSim(tests, bench, folder) {
     await page.goto(`${files.url}?speed=20#/move`);
     await page.getByTestId("first-close").click();
     await page.getByTestId("first-house").waitFor({ state: "detached" });
-    await closed(page);
+    await closePage(page);
   });
 
-  test("files: a scenario homes its arm as the first start does, and a stopped laser is not said to be on", async () => {
+  test("files: a scenario homes its arm like the first start, and a stopped laser is not reported as on", async () => {
     const page = await browser.inControl(files.url);
     await page.goto(`${files.url}#/world`);
     await page.getByTestId("world-scenario").selectOption("engraving");
     await page.getByText("The arm restarted in the new world").waitFor();
     await sim.until("is homed", (state) => state.homed !== false && state.alarms.length === 0 && !state.moving);
-    await is(page, "alarm", "false");
+    await waitForState(page, "alarm", "false");
     // Control and subscriptions are as before.
-    await is(page, "lease", "mine");
+    await waitForState(page, "lease", "mine");
     await page.goto(`${files.url}#/move`);
     await page.getByTestId("tool-laser").click();
     await page.getByTestId("header-laser").waitFor();
@@ -222,17 +222,17 @@ export function onSim(tests, bench, folder) {
     await page.getByTestId("draw-start").click();
     await page.getByTestId("header-laser").waitFor({ timeout: 30_000 });
     await page.getByTestId("stop").click();
-    await is(page, "job", "stopped");
+    await waitForState(page, "job", "stopped");
     await page.getByTestId("header-laser").waitFor({ state: "detached" });
-    await closed(page);
+    await closePage(page);
   });
 
-  test("files: an arm under a held jog stood still while its browser slept", async () => {
+  test("files: a held jog does not run while the browser sleeps", async () => {
     const page = await browser.inControl(files.url);
     const devtools = await browser.browser.newBrowserCDPSession();
     await page.getByTestId("jog-y-plus").hover();
     await page.mouse.down();
-    await is(page, "jog", "running");
+    await waitForState(page, "jog", "running");
     await sim.until("moves", (state) => state.moving);
     const { processInfo } = await devtools.send("SystemInfo.getProcessInfo");
     const renderers = processInfo.filter(({ type }) => type === "renderer").map(({ id }) => id);
@@ -240,20 +240,20 @@ export function onSim(tests, bench, folder) {
     for (const id of renderers) process.kill(id, "SIGSTOP");
     await new Promise((done) => setTimeout(done, 3000));
     for (const id of renderers) process.kill(id, "SIGCONT");
-    const after = await sim.stands();
+    const after = await sim.waitForRest();
     // The arm moves until a page that hangs is detected, and to rest. A jog that continued would be
     // three seconds further.
     assert.ok(Math.abs(after.y - before.y) < 40, `${before.y} to ${after.y}`);
     await page.mouse.up();
     await devtools.detach();
-    await closed(page);
+    await closePage(page);
   });
 
   for (const [name, body] of [...tests]) {
-    if (SHARED.includes(name)) test(`files: ${name}`, body);
+    if (SHARED_TESTS.includes(name)) test(`files: ${name}`, body);
   }
 
-  test("files: after a visit it needs no network: reload, move, and the programs are there", async () => {
+  test("files: after a visit the page works offline: reload, move, and stored programs", async () => {
     const page = await browser.inControl(files.url);
     const text = JSON.stringify({ format: "magician-plan", version: 1, steps: [{ wait: 1 }] });
     await sim.call("lease.take", {});
@@ -272,20 +272,20 @@ export function onSim(tests, bench, folder) {
     await page.context().setOffline(true);
     files.end();
     await page.reload();
-    await is(page, "ready", "true");
-    await is(page, "backend", "sim");
-    await is(page, "lease", "mine");
+    await waitForState(page, "ready", "true");
+    await waitForState(page, "backend", "sim");
+    await waitForState(page, "lease", "mine");
     await sim.join(page);
     const { programs } = await sim.call("program.list");
     assert.deepEqual(
       programs.map(({ name, bytes }) => [name, bytes]),
       [["one.plan.json", text.length]],
     );
-    const before = await sim.stands();
+    const before = await sim.waitForRest();
     await page.getByTestId("jog-mode-step").check({ force: true });
     await page.getByTestId("jog-z-plus").click();
     await sim.until("a step up", (state) => near(state.z, before.z + 5) && !state.moving);
-    await closed(page);
+    await closePage(page);
   });
 
   gallery(test, { browser, station: sim, url: () => files.url });
@@ -294,14 +294,14 @@ export function onSim(tests, bench, folder) {
     station: sim,
     browser,
     url: () => `${files.url}?speed=10`,
-    closed,
+    closePage,
   });
 
   const sample = (name) => join(import.meta.dirname, "../../crates/magician-program/samples", name);
   const onRun = async (query = "") => {
     const page = await browser.inControl(files.url + query);
     await page.goto(`${files.url}${query}#/run`);
-    await is(page, "route", "run");
+    await waitForState(page, "route", "run");
     return page;
   };
   const give = async (page, from) => {
@@ -318,23 +318,23 @@ export function onSim(tests, bench, folder) {
     await page.locator("[data-testid=run-preview][data-shown=true]").waitFor();
   };
 
-  test("files: drawings are opened offline, seen before they run, and drawn", async () => {
+  test("files: drawings are opened offline, previewed and drawn", async () => {
     const visit = await browser.page(files.url);
     await visit.evaluate(() => navigator.serviceWorker.ready);
     const context = visit.context();
     await context.setOffline(true);
     files.end();
     await visit.reload();
-    await is(visit, "ready", "true");
+    await waitForState(visit, "ready", "true");
     await visit.close();
     const page = await context.newPage();
     await page.goto(`${files.url}?speed=20`);
-    await is(page, "ready", "true");
+    await waitForState(page, "ready", "true");
     await page.getByTestId("connect-sim").click();
-    await is(page, "lease", "mine");
+    await waitForState(page, "lease", "mine");
     await sim.join(page);
     await page.goto(`${files.url}?speed=20#/run`);
-    await is(page, "route", "run");
+    await waitForState(page, "route", "run");
     for (const name of ["house.svg", "rabbit.svg"]) {
       await give(page, name);
       await setup(page, "at", "240 0");
@@ -342,8 +342,8 @@ export function onSim(tests, bench, folder) {
       await good(page);
       const before = (await sim.call("world.look")).drawing.length;
       await page.getByTestId("run-start").click();
-      await is(page, "job", "running");
-      await is(page, "job", "done", 60_000);
+      await waitForState(page, "job", "running");
+      await waitForState(page, "job", "done", 60_000);
       assert.ok((await sim.call("world.look")).drawing.length > before + 500, name);
     }
     await context.close();
@@ -360,7 +360,7 @@ export function onSim(tests, bench, folder) {
     await complaint.filter({ hasText: "line 3" }).waitFor();
     await complaint.click();
     await page.getByTestId("run-lines").filter({ hasText: "X600" }).waitFor();
-    await closed(page);
+    await closePage(page);
   });
 
   test("files: an image is traced, a plot and a drawing of CAD are checked", async () => {
@@ -377,10 +377,10 @@ export function onSim(tests, bench, folder) {
       await page.getByTestId("setup-fit").check();
       await good(page);
     }
-    await closed(page);
+    await closePage(page);
   });
 
-  test("files: a file of 14 MB goes in, and the arm hears a stop while it is read", async () => {
+  test("files: the arm stops while a file of 14 MB is read", async () => {
     const page = await onRun();
     let text = "G21 G90\nG0 Z10\nG0 X200 Y0\nG1 Z0 F3000\n";
     for (let line = 0; text.length < 14e6; line++)
@@ -398,14 +398,14 @@ export function onSim(tests, bench, folder) {
     assert.equal((await check).ok, true);
     await page.getByTestId("run-check").click();
     await page.getByText("The arm can do it").waitFor({ timeout: 120_000 });
-    await closed(page);
+    await closePage(page);
   });
 
-  test("files: a newer build is offered, and not taken before it is pressed", async () => {
+  test("files: a newer build is offered, and activated only by a press", async () => {
     const page = await browser.page(files.url);
     await page.evaluate(() => navigator.serviceWorker.ready);
     await page.reload();
-    await is(page, "ready", "true");
+    await waitForState(page, "ready", "true");
     files.renew();
     await page.reload();
     await page.getByTestId("update-offer").waitFor();
@@ -413,12 +413,12 @@ export function onSim(tests, bench, folder) {
     assert.equal(await page.title(), "Magician studio");
     await page.getByTestId("update-offer").click();
     await page.waitForFunction(() => document.title === "Newer Magician studio");
-    await is(page, "ready", "true");
+    await waitForState(page, "ready", "true");
     assert.equal(await page.getByTestId("update-offer").count(), 0);
-    await closed(page);
+    await closePage(page);
   });
 
-  test("files: opened from a folder the page says why it does not start", async () => {
+  test("files: opened from a folder, the page states why it does not start", async () => {
     const context = await bench.browser.browser.newContext();
     const page = await context.newPage();
     await page.goto(`file://${join(folder, "index.html")}`);

@@ -8,21 +8,21 @@ import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 import { app } from "./app.mjs";
 import { classes } from "./arms.mjs";
-import { Browser, is, near, Station } from "./bench.mjs";
+import { Browser, near, Station, waitForState } from "./bench.mjs";
 import { client } from "./client.mjs";
 import { drawing } from "./draw.mjs";
-import { firsts } from "./firsts.mjs";
 import { galleryAtStation } from "./gallery.mjs";
 import { lesson } from "./lesson.mjs";
 import { looks } from "./looks.mjs";
+import { refusals } from "./refusals.mjs";
 import { running } from "./run.mjs";
-import { said } from "./said.mjs";
 import { onSerial } from "./serial.mjs";
 import { onSim } from "./sim.mjs";
 import { strips } from "./strip.mjs";
 import { tasks } from "./tasks.mjs";
 import { teaching } from "./teach.mjs";
 import { views } from "./view.mjs";
+import { walkthroughs } from "./walkthroughs.mjs";
 import { worlds } from "./world.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -38,20 +38,20 @@ const tests = [];
 const test = (name, body) => tests.push([name, body]);
 let url = () => station.url;
 /** Closes a page and releases its control for the next test. */
-async function closed(page) {
+async function closePage(page) {
   const back = page.getByTestId("lease-release");
   if (station !== first.station) return page.context().close();
   if (await back.isVisible()) {
     await back.click();
-    await is(page, "lease", "free");
+    await waitForState(page, "lease", "free");
   }
   await page.context().close();
 }
 
 test("connects by itself and shows the pose", async () => {
   const page = await browser.connected(url());
-  await is(page, "backend", "station");
-  await is(page, "route", "move");
+  await waitForState(page, "backend", "station");
+  await waitForState(page, "route", "move");
   const state = await station.pose();
   for (const name of ["x", "y", "z", "r", "j1", "j2", "j3", "j4"]) {
     const text = await page.getByTestId(`pose-${name}`).textContent();
@@ -63,28 +63,28 @@ test("connects by itself and shows the pose", async () => {
   assert.equal(await page.evaluate(() => document.activeElement.dataset.testid), "stop");
   const { width, height } = await page.getByTestId("stop").boundingBox();
   assert.ok(width >= 44 && height >= 44);
-  await closed(page);
+  await closePage(page);
 });
 
-test("what is not allowed is disabled and says why", async () => {
+test("a disabled control states its reason", async () => {
   const page = await browser.connected(url());
   const button = page.getByRole("button", { name: "Jog X plus" });
   assert.ok(await button.isDisabled());
   const why = await button.getAttribute("aria-describedby");
   assert.match(await page.locator(`#${why}`).textContent(), /Take control/);
   await page.getByRole("button", { name: "Take control" }).click();
-  await is(page, "lease", "mine");
+  await waitForState(page, "lease", "mine");
   assert.ok((await station.pose()).holder !== null);
   assert.ok(await button.isEnabled());
   await page.getByTestId("lease-release").click();
-  await is(page, "lease", "free");
+  await waitForState(page, "lease", "free");
   assert.equal((await station.pose()).holder, null);
-  await closed(page);
+  await closePage(page);
 });
 
-test("an arm that was switched on says so with the way on, and its alarm is cleared", async () => {
+test("the power-on alarm shows the next step and is cleared", async () => {
   const page = await browser.inControl(url());
-  await is(page, "alarm", "true");
+  await waitForState(page, "alarm", "true");
   const { alarms } = await station.call("arm.alarms");
   const text = await page.getByTestId(`alarm-${alarms[0].code}`).textContent();
   // The alarm after power-up is not a fault: it is explained in words, with the next step.
@@ -92,29 +92,29 @@ test("an arm that was switched on says so with the way on, and its alarm is clea
   assert.match(text, /The arm was switched on\. Home it/);
   assert.ok(await page.getByTestId("alarm-home").isEnabled());
   await page.getByTestId("clear-alarms").click();
-  await is(page, "alarm", "false");
+  await waitForState(page, "alarm", "false");
   assert.deepEqual((await station.pose()).alarms, []);
-  await closed(page);
+  await closePage(page);
 });
 
-test("a held button moves the arm until it is let go", async () => {
+test("a held button moves the arm until it is released", async () => {
   const page = await browser.inControl(url());
   let why = null;
   // On a busy machine the page may be too late to keep the jog alive, and it ends.
   for (let tries = 0; tries < 10 && why !== "released"; tries++) {
-    const before = await station.stands();
+    const before = await station.waitForRest();
     await page.getByTestId("jog-z-plus").hover();
     await page.mouse.down();
-    await is(page, "jog", "running");
+    await waitForState(page, "jog", "running");
     await station.until("rises", (state) => state.z > before.z + 5 || state.jog === null);
     await page.mouse.up();
-    await is(page, "jog", "idle");
-    const after = await station.stands();
+    await waitForState(page, "jog", "idle");
+    const after = await station.waitForRest();
     assert.ok(after.z > before.z && near(after.x, before.x) && near(after.y, before.y));
     why = (await station.events()).filter((event) => event.event === "jog").at(-1).why;
   }
   assert.equal(why, "released");
-  await closed(page);
+  await closePage(page);
 });
 
 test("the browser's menu, a cancelled touch and a hidden page end a jog", async () => {
@@ -122,7 +122,7 @@ test("the browser's menu, a cancelled touch and a hidden page end a jog", async 
   for (const end of ["contextmenu", "pointercancel", "blur", "hidden", "route"]) {
     await page.getByTestId("jog-y-plus").hover();
     await page.mouse.down();
-    await is(page, "jog", "running");
+    await waitForState(page, "jog", "running");
     await station.until("moves", (state) => state.moving);
     await page.evaluate((end) => {
       const button = document.querySelector("[data-testid=jog-y-plus]");
@@ -137,104 +137,104 @@ test("the browser's menu, a cancelled touch and a hidden page end a jog", async 
         delete document.hidden;
       }
     }, end);
-    await is(page, "jog", "idle");
-    await station.stands();
+    await waitForState(page, "jog", "idle");
+    await station.waitForRest();
     await page.mouse.up();
   }
-  await closed(page);
+  await closePage(page);
 });
 
-test("keys jog, and one that loses the focus stops", async () => {
+test("keys jog, and losing the focus stops the jog", async () => {
   const page = await browser.inControl(url());
-  const before = await station.stands();
+  const before = await station.waitForRest();
   await page.getByTestId("jog-pad").focus();
   await page.keyboard.down("ArrowDown");
-  await is(page, "jog", "running");
+  await waitForState(page, "jog", "running");
   await station.until("goes back", (state) => state.x < before.x - 4);
   await page.keyboard.up("ArrowDown");
-  await is(page, "jog", "idle");
-  const middle = await station.stands();
+  await waitForState(page, "jog", "idle");
+  const middle = await station.waitForRest();
   await page.keyboard.down("ArrowUp");
-  await is(page, "jog", "running");
+  await waitForState(page, "jog", "running");
   await station.until("goes on", (state) => state.x > middle.x + 0.5);
   await page.getByTestId("settings-name").or(page.getByTestId("jog-speed")).first().focus();
-  await is(page, "jog", "idle");
-  await station.stands();
+  await waitForState(page, "jog", "idle");
+  await station.waitForRest();
   await page.keyboard.up("ArrowUp");
-  await closed(page);
+  await closePage(page);
 });
 
-test("Escape and Space stop, and the key that was down does nothing more", async () => {
+test("Escape and Space stop, and a key still held has no further effect", async () => {
   const page = await browser.inControl(url());
   await page.getByTestId("jog-pad").focus();
   for (const key of ["Escape", " "]) {
     await page.keyboard.down("w");
-    await is(page, "jog", "running");
+    await waitForState(page, "jog", "running");
     await station.until("moves", (state) => state.moving);
     await page.keyboard.press(key);
-    await is(page, "jog", "idle");
-    const stood = await station.stands();
+    await waitForState(page, "jog", "idle");
+    const stood = await station.waitForRest();
     await page.keyboard.down("w");
     await sleep(300);
     assert.equal((await station.pose()).z, stood.z);
     await page.keyboard.up("w");
     await page.keyboard.down("s");
-    await is(page, "jog", "running");
+    await waitForState(page, "jog", "running");
     await page.keyboard.up("s");
-    await is(page, "jog", "idle");
+    await waitForState(page, "jog", "idle");
   }
-  await closed(page);
+  await closePage(page);
 });
 
-test("a step is a step: by button, by key, in the frame of the tool", async () => {
+test("a press makes one step: by button, by key, in the tool frame", async () => {
   const page = await browser.inControl(url());
   await page.getByTestId("jog-mode-step").check({ force: true });
   await page.getByTestId("jog-step-size").selectOption("10");
-  let before = await station.stands();
+  let before = await station.waitForRest();
   await page.getByTestId("jog-x-minus").click();
   await station.until("10 mm back", (state) => near(state.x, before.x - 10) && !state.moving);
   await page.getByTestId("jog-pad").focus();
   await page.keyboard.press("-");
   assert.equal(await page.getByTestId("jog-step-size").inputValue(), "5");
-  before = await station.stands();
+  before = await station.waitForRest();
   await page.keyboard.press("ArrowLeft");
   await station.until("5 mm to the left", (state) => near(state.y, before.y + 5) && !state.moving);
   await page.getByTestId("jog-frame-joint").check({ force: true });
-  before = await station.stands();
+  before = await station.waitForRest();
   await page.getByTestId("jog-pad").focus();
   await page.keyboard.press("a");
   await station.until("J4 by 5", (state) => near(state.j4, before.j4 + 5) && !state.moving);
   await page.getByTestId("jog-frame-tool").check({ force: true });
   assert.ok(await page.getByTestId("jog-mode-hold").isDisabled());
-  before = await station.stands();
+  before = await station.waitForRest();
   await page.getByTestId("jog-x-plus").click();
   await station.until(
     "5 mm ahead",
     (state) => !state.moving && near(Math.hypot(state.x - before.x, state.y - before.y), 5, 0.05),
   );
-  await closed(page);
+  await closePage(page);
 });
 
-test("Stop stops what moves", async () => {
+test("Stop stops the motion", async () => {
   const page = await browser.inControl(url());
-  await station.stands();
+  await station.waitForRest();
   await page.getByTestId("home").click();
   if (station.asks) await page.getByTestId("confirm-yes").click();
-  await is(page, "moving", "true");
+  await waitForState(page, "moving", "true");
   await page.getByTestId("stop").click();
-  await is(page, "moving", "false");
-  await station.stands();
+  await waitForState(page, "moving", "false");
+  await station.waitForRest();
   assert.ok((await station.events()).some((event) => event.event === "stop" && event.by !== null));
-  await closed(page);
+  await closePage(page);
 });
 
 test("homes", async () => {
   const page = await browser.inControl(url());
   await page.getByTestId("home").click();
-  await is(page, "moving", "true");
-  await is(page, "moving", "false", 40_000);
-  await station.stands();
-  await closed(page);
+  await waitForState(page, "moving", "true");
+  await waitForState(page, "moving", "false", 40_000);
+  await station.waitForRest();
+  await closePage(page);
 });
 
 test("tools and speed reach the arm", async () => {
@@ -255,10 +255,10 @@ test("tools and speed reach the arm", async () => {
   await page.getByTestId("tool-select").selectOption("suction");
   await page.getByTestId("arm-speed").fill("80");
   await station.until("is faster", (state) => state.speed === 80);
-  await closed(page);
+  await closePage(page);
 });
 
-test("the picture is the arm's: the tip is where its pose is projected", async () => {
+test("the picture shows the tip at the projection of its pose", async () => {
   const page = await browser.connected(url());
   for (const view of ["corner", "front", "side", "top"]) {
     await page.getByTestId(`view-${view}`).click();
@@ -274,7 +274,7 @@ test("the picture is the arm's: the tip is where its pose is projected", async (
     const at = [((row(0) / row(3) + 1) / 2) * box[0], ((1 - row(1) / row(3)) / 2) * box[1]];
     assert.ok(near(at[0], tip[0], 1.5) && near(at[1], tip[1], 1.5), `${view}: ${at} and ${tip}`);
   }
-  await closed(page);
+  await closePage(page);
 });
 
 test("without WebGL the arm is seen from above", async () => {
@@ -284,7 +284,7 @@ test("without WebGL the arm is seen from above", async () => {
   const page = await browser.connected(url(), { init });
   await page.locator(".plan .reach[d^=M]").waitFor();
   assert.match(await page.getByTestId("view").getAttribute("data-tip"), /^[\d.]+,[\d.]+$/);
-  await closed(page);
+  await closePage(page);
 });
 
 test("without a graphics chip the picture has fewer pixels, and follows the arm", async () => {
@@ -298,24 +298,24 @@ test("without a graphics chip the picture has fewer pixels, and follows the arm"
     await page.mouse.down();
     await page.waitForFunction((before) => document.querySelector("[data-testid=view]").dataset.tip !== before, before);
     await page.mouse.up();
-    await is(page, "jog", "idle");
-    await closed(page);
+    await waitForState(page, "jog", "idle");
+    await closePage(page);
     return share;
   };
   assert.ok(near(await sharpness(true), 0.5));
   assert.ok(near(await sharpness(false), 1));
 });
 
-test("a second page sees, asks, gets, and a teacher takes back", async () => {
+test("a second page requests and gets control, and a teacher takes it back", async () => {
   const one = await browser.inControl(url());
   const two = await browser.connected(url());
   await two.goto(`${url()}#/settings`);
   await two.getByTestId("settings-name").fill("Ada");
   await two.getByTestId("settings-name").press("Tab");
   await two.goto(`${url()}#/move`);
-  await is(two, "lease", "other");
+  await waitForState(two, "lease", "other");
   await one.getByTestId("jog-mode-step").check({ force: true });
-  const { z: low } = await station.stands();
+  const { z: low } = await station.waitForRest();
   await one.getByTestId("jog-z-plus").click();
   const { z } = await station.until("a step up", (state) => state.z > low + 1 && !state.moving);
   await two.waitForFunction(
@@ -327,75 +327,75 @@ test("a second page sees, asks, gets, and a teacher takes back", async () => {
   await one.getByTestId("lease-refuse").click();
   await two.getByTestId("lease-ask").click();
   await one.getByTestId("lease-grant").click();
-  await is(two, "lease", "mine");
-  await is(one, "lease", "other");
+  await waitForState(two, "lease", "mine");
+  await waitForState(one, "lease", "other");
   assert.match(await one.getByTestId("lease-holder").textContent(), /Ada/);
   await one.getByTestId("lease-take").click();
   await one.getByTestId("confirm-yes").click();
-  await is(one, "lease", "mine");
-  await is(two, "lease", "other");
-  await closed(two);
-  await closed(one);
+  await waitForState(one, "lease", "mine");
+  await waitForState(two, "lease", "other");
+  await closePage(two);
+  await closePage(one);
 });
 
 test("a reload keeps control", async () => {
   const page = await browser.inControl(url());
   const { holder } = await station.pose();
   await page.reload();
-  await is(page, "lease", "mine");
+  await waitForState(page, "lease", "mine");
   assert.equal((await station.pose()).holder.session, holder.session);
-  await closed(page);
+  await closePage(page);
 });
 
-test("a page that is closed holds no jog", async () => {
+test("closing a page ends its jog", async () => {
   const page = await browser.inControl(url());
   await page.getByTestId("jog-r-plus").hover();
   await page.mouse.down();
-  await is(page, "jog", "running");
+  await waitForState(page, "jog", "running");
   await station.until("moves", (state) => state.moving);
   await page.close();
-  await station.stands();
+  await station.waitForRest();
   await station.until("is free", (state) => state.holder === null, 8000);
 });
 
-test("a page that hangs holds no jog", async () => {
+test("a hanging page ends its jog", async () => {
   const page = await browser.inControl(url());
   await page.getByTestId("jog-r-minus").hover();
   await page.mouse.down();
-  await is(page, "jog", "running");
+  await waitForState(page, "jog", "running");
   const hung = page.evaluate(() => {
     for (const ends = performance.now() + 3000; performance.now() < ends; );
   });
   await station.until("stands while the page hangs", (state) => !state.moving && state.jog === null, 2000);
   await hung;
   await page.mouse.up();
-  await is(page, "jog", "idle");
-  await closed(page);
+  await waitForState(page, "jog", "idle");
+  await closePage(page);
 });
 
-test("a station that dies is named lost, and found again", async () => {
+test("a lost station is reported and reconnected", async () => {
   const page = await browser.inControl(url());
   await station.kill();
-  await is(page, "link", "lost");
+  await waitForState(page, "link", "lost");
   await page.getByTestId("link-since").waitFor();
   assert.ok(await page.getByTestId("jog-x-plus").isDisabled());
   assert.ok(await page.getByTestId("stop").isEnabled());
-  await is(page, "stale", "true");
+  await waitForState(page, "stale", "true");
   await page.getByTestId("stop").click();
   await page.getByTestId("notice").getByText("did not reach").waitFor();
   await station.start();
-  await is(page, "link", "up", 10_000);
+  await waitForState(page, "link", "up", 10_000);
   await page.getByTestId("link-since").waitFor({ state: "detached" });
-  await is(page, "stale", "false");
-  await closed(page);
+  await waitForState(page, "stale", "false");
+  await closePage(page);
 });
 
-test("without a station the page says so, and connects when it is told where", async () => {
+test("without a station the page says so, and connects to a typed address", async () => {
   const page = await browser.connected(url());
   await page.goto(`${url()}#/arms`);
   await page.getByRole("button", { name: "Disconnect" }).click();
-  await is(page, "backend", "none");
-  await is(page, "link", "closed");
+  await waitForState(page, "backend", "none");
+  await waitForState(page, "link", "closed");
   assert.ok(await page.getByTestId("connect-sim").isEnabled());
   assert.ok(await page.getByTestId("connect-serial").isEnabled());
   await page.getByTestId("station-url").fill("not:an:address");
@@ -407,12 +407,12 @@ test("without a station the page says so, and connects when it is told where", a
   await page.getByText("needs a valid token").waitFor();
   await page.getByTestId("station-token").fill("");
   await page.getByTestId("connect-station").click();
-  await is(page, "link", "up");
+  await waitForState(page, "link", "up");
   assert.match(await page.getByTestId("log").textContent(), /connected to/);
-  await closed(page);
+  await closePage(page);
 });
 
-test("everything is reached by Tab, and nothing traps it", async () => {
+test("Tab reaches every control and is never trapped", async () => {
   for (const route of ["move", "teach", "run", "io", "plots", "world", "arms", "settings"]) {
     const page = await browser.inControl(`${url()}#/${route}`);
     await page.evaluate(() => document.activeElement?.blur());
@@ -442,23 +442,23 @@ test("everything is reached by Tab, and nothing traps it", async () => {
       settings: ["settings-name"],
     };
     for (const name of wanted[route]) assert.ok(seen.has(name), `${route}: ${name} of ${[...seen]}`);
-    await closed(page);
+    await closePage(page);
   }
 });
 
 app(test, { browser, program });
-worlds(test, { browser, station, shots, closed });
-views(test, { browser, station, shots, closed });
+worlds(test, { browser, station, shots, closePage });
+views(test, { browser, station, shots, closePage });
 galleryAtStation(test, { browser, station });
 classes(test, { browser, program, shots });
 lesson(test, { browser, program, shots });
-running(test, { browser, station, closed, shots });
-strips(test, { browser, station, closed });
-teaching(test, { browser, station, closed, shots });
-said(test, { browser, url, closed, shots });
-drawing(test, { station, browser, url, closed, shots, outlives: true });
-firsts(test, { browser, program, shots });
-tasks(test, { browser, station, closed });
+running(test, { browser, station, closePage, shots });
+strips(test, { browser, station, closePage });
+teaching(test, { browser, station, closePage, shots });
+refusals(test, { browser, url, closePage, shots });
+drawing(test, { station, browser, url, closePage, shots, outlives: true });
+walkthroughs(test, { browser, program, shots });
+tasks(test, { browser, station, closePage });
 looks(test, { browser, station, shots });
 client(test, { browser, program });
 
@@ -470,7 +470,7 @@ execFileSync(program, ["studio", "--export", bundle], { stdio: "ignore" });
 const files = onSim(tests, { browser, swap, shots }, bundle);
 const port = onSerial(tests, shared, { browser, swap, shots, program }, bundle);
 
-test("no page complained", async () => assert.deepEqual(browser.complaints, []));
+test("no page logged an error", async () => assert.deepEqual(browser.complaints, []));
 
 await station.start();
 await browser.start();
@@ -487,7 +487,7 @@ for (const [name, body] of tests) {
     // The next test has a new page.
     for (const context of browser.browser.contexts()) await context.close();
     if (station !== first.station) continue;
-    if (!(await station.isThere())) await station.start();
+    if (!(await station.isRunning())) await station.start();
     await station.until("is free", (state) => state.holder === null, 8000);
   }
 }

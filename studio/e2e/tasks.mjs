@@ -1,7 +1,7 @@
 // Whole tasks for users who do not see the page or have no mouse: only by role and name, and only
 // by keyboard.
 import assert from "node:assert/strict";
-import { is, near } from "./bench.mjs";
+import { near, waitForState } from "./bench.mjs";
 
 const SQUARE =
   '<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="30mm" viewBox="0 0 30 30"><path d="M0 0H30V30H0Z" fill="none" stroke="#000"/></svg>';
@@ -83,34 +83,34 @@ class Keyboard extends Pointer {
   }
 }
 
-export function tasks(test, { browser, station, closed }) {
+export function tasks(test, { browser, station, closePage }) {
   const job = async () => (await station.call("job.list")).jobs.at(-1);
 
   async function all(page, hand) {
     const to = async (link, route) => {
       await hand.press("link", link);
-      await is(page, "route", route);
+      await waitForState(page, "route", route);
     };
     // Connects to a server by its address, and takes control.
     await to("Arms", "arms");
     await hand.press("button", "Disconnect");
-    await is(page, "backend", "none");
+    await waitForState(page, "backend", "none");
     await hand.type("textbox", "Address", new URL(station.url).host);
     await hand.press("button", "Server");
-    await is(page, "link", "up");
+    await waitForState(page, "link", "up");
     await hand.press("button", "Take control");
-    await is(page, "lease", "mine");
+    await waitForState(page, "lease", "mine");
 
     // Clears alarms, homes, and moves one step up.
     await to("Move", "move");
     await hand.press("button", "Clear alarms");
-    await is(page, "alarm", "false");
+    await waitForState(page, "alarm", "false");
     await hand.press("button", "Home");
-    await is(page, "moving", "true");
-    await is(page, "moving", "false", 40_000);
+    await waitForState(page, "moving", "true");
+    await waitForState(page, "moving", "false", 40_000);
     await hand.radio("Step");
     await hand.choose("Step size", "10 mm or °");
-    const { z } = await station.stands();
+    const { z } = await station.waitForRest();
     await hand.press("button", "Jog Z plus");
     await station.until("a step up", (state) => near(state.z, z + 10) && !state.moving);
 
@@ -130,9 +130,9 @@ export function tasks(test, { browser, station, closed }) {
     await hand.press("button", "Add point");
     await page.getByRole("checkbox", { name: "Select point 2" }).waitFor();
     await hand.press("button", "Play all");
-    await is(page, "job", "running");
-    await is(page, "job", "done", 30_000);
-    assert.ok(near((await station.stands()).y, there.y));
+    await waitForState(page, "job", "running");
+    await waitForState(page, "job", "done", 30_000);
+    assert.ok(near((await station.waitForRest()).y, there.y));
 
     // Opens, checks, starts and stops a program.
     await to("Run", "run");
@@ -141,10 +141,10 @@ export function tasks(test, { browser, station, closed }) {
     await hand.press("button", "Check");
     await page.getByRole("status").filter({ hasText: "The arm can do it" }).waitFor();
     await hand.press("button", "Start");
-    await is(page, "job", "running");
+    await waitForState(page, "job", "running");
     await page.getByRole("progressbar", { name: "Job progress" }).waitFor();
     await hand.press("button", "Stop job");
-    await is(page, "job", "stopped");
+    await waitForState(page, "job", "stopped");
     assert.equal((await job()).title, "task");
 
     // Reads and clears an alarm.
@@ -153,7 +153,7 @@ export function tasks(test, { browser, station, closed }) {
     await page.getByRole("alert").filter({ hasText: "What to do" }).waitFor();
     await to("Move", "move");
     await hand.press("button", "Clear alarms");
-    await is(page, "alarm", "false");
+    await waitForState(page, "alarm", "false");
 
     // Sets a pin.
     await to("Pins", "io");
@@ -173,15 +173,15 @@ export function tasks(test, { browser, station, closed }) {
     await hand.press("button", "Stop");
     await page.getByRole("status").filter({ hasText: "The arm has stopped" }).waitFor();
     await station.call("program.delete", { name: FILE.name });
-    await closed(page);
+    await closePage(page);
   }
 
-  test("whole tasks by role and name alone", async () => {
+  test("complete tasks by role and name alone", async () => {
     const page = await browser.connected(station.url);
     await all(page, new Pointer(page));
   });
 
-  test("whole tasks by keyboard alone", async () => {
+  test("complete tasks by keyboard alone", async () => {
     const page = await browser.connected(station.url);
     await all(page, new Keyboard(page));
   });

@@ -3,23 +3,23 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { is, near } from "./bench.mjs";
+import { near, waitForState } from "./bench.mjs";
 
-export function teaching(test, { browser, station, closed, shots }) {
+export function teaching(test, { browser, station, closePage, shots }) {
   const opened = async (options) => {
     const page = await browser.inControl(station.url, options);
     page.on("dialog", (dialog) => dialog.accept());
     if ((await page.evaluate(() => document.body.dataset.alarm)) === "true")
       await page.getByTestId("clear-alarms").click();
-    await is(page, "alarm", "false");
+    await waitForState(page, "alarm", "false");
     await page.goto(`${station.url}#/teach`);
-    await is(page, "route", "teach");
+    await waitForState(page, "route", "teach");
     return page;
   };
   const rows = (page) => page.locator("[data-testid^=teach-row-]").count();
   const add = async (page, to) => {
     const before = await rows(page);
-    await station.stands();
+    await station.waitForRest();
     const there = await moved(page, to);
     await page.getByTestId("teach-add").click();
     await page.getByTestId(`teach-row-${before + 1}`).waitFor();
@@ -29,7 +29,7 @@ export function teaching(test, { browser, station, closed, shots }) {
   const moved = async (page, [button, size]) => {
     await page.getByTestId("jog-mode-step").check({ force: true });
     await page.getByTestId("jog-step-size").selectOption(String(size));
-    const before = await station.stands();
+    const before = await station.waitForRest();
     await page.getByTestId(`jog-${button}`).click();
     const [axis, sign] = button.split("-");
     const to = before[axis] + (sign === "plus" ? size : -size);
@@ -84,10 +84,10 @@ export function teaching(test, { browser, station, closed, shots }) {
       (await kept(page)).map(({ name }) => name),
       ["P2"],
     );
-    await closed(page);
+    await closePage(page);
   });
 
-  test("points are played, from a row on, and one alone; the row under way is marked", async () => {
+  test("points are played, from a row on, and one alone; the current row is marked", async () => {
     const page = await opened();
     // With a pen the arm also ends at the last point.
     await page.getByTestId("tool-select").selectOption("pen");
@@ -98,13 +98,13 @@ export function teaching(test, { browser, station, closed, shots }) {
     await page.getByLabel("Wait at point 2, seconds").press("Tab");
     const three = await add(page, ["z-minus", 10]);
     await page.getByTestId("teach-play").click();
-    await is(page, "job", "running");
+    await waitForState(page, "job", "running");
     await page.locator("[data-testid=teach-row-2][aria-current=step]").waitFor();
     await page.setViewportSize({ width: 1280, height: 1120 });
     await page.evaluate(() => scrollTo(0, 0));
     await page.screenshot({ path: join(shots, "teach.png") });
-    await is(page, "job", "done", 30_000);
-    const end = await station.stands();
+    await waitForState(page, "job", "done", 30_000);
+    const end = await station.waitForRest();
     assert.ok(near(end.y, three.y) && near(end.z, three.z), JSON.stringify([three, end]));
     await page.getByTestId("teach-row-1").click();
     await page.getByTestId("teach-step").click();
@@ -113,7 +113,7 @@ export function teaching(test, { browser, station, closed, shots }) {
       (state) => !state.moving && near(state.y, one.y) && near(state.z, one.z),
       20_000,
     );
-    await is(page, "job", "done", 30_000);
+    await waitForState(page, "job", "done", 30_000);
     await page.getByTestId("teach-row-3").click();
     await page.getByTestId("teach-from").click();
     await station.until(
@@ -121,9 +121,9 @@ export function teaching(test, { browser, station, closed, shots }) {
       (state) => !state.moving && near(state.y, three.y) && near(state.z, three.z),
       20_000,
     );
-    await is(page, "job", "done", 30_000);
+    await waitForState(page, "job", "done", 30_000);
     assert.equal((await station.call("job.list")).jobs.at(-1).first_step, 4);
-    await closed(page);
+    await closePage(page);
   });
 
   test("the unlock key of the arm adds points", async () => {
@@ -157,18 +157,18 @@ export function teaching(test, { browser, station, closed, shots }) {
     await page.getByTestId("teach-row-1").waitFor();
     await led([-10, 30, 40, 0]);
     await page.getByTestId("teach-row-2").waitFor();
-    const { y } = await station.stands();
+    const { y } = await station.waitForRest();
     assert.ok(near(Number(await cell(page, "y", 2).inputValue()), y), `${y}`);
     await page.getByTestId("lease-release").click();
-    await is(page, "lease", "free");
+    await waitForState(page, "lease", "free");
     await guides(false);
     await page.getByTestId("lease-take").click();
-    await is(page, "lease", "mine");
+    await waitForState(page, "lease", "mine");
     await page.getByRole("switch", { name: "unlock key" }).click();
     await guides(true);
     assert.equal(await enabled(), 1);
     await page.goto(`${station.url}#/move`);
-    await is(page, "route", "move");
+    await waitForState(page, "route", "move");
     for (let tries = 0; (await enabled()) !== 0; tries++) {
       assert.ok(tries < 30, "it is restored");
       await new Promise((done) => setTimeout(done, 100));
@@ -176,12 +176,12 @@ export function teaching(test, { browser, station, closed, shots }) {
     // After being pushed by hand the arm counts as unhomed for real programs, so it is homed for
     // the following tests.
     await page.getByTestId("home").click();
-    await is(page, "moving", "true");
-    await is(page, "moving", "false", 40_000);
-    await closed(page);
+    await waitForState(page, "moving", "true");
+    await waitForState(page, "moving", "false", 40_000);
+    await closePage(page);
   });
 
-  test("what is unsaved survives a reload, is saved, converted and opened again", async () => {
+  test("unsaved points survive a reload, are saved, converted and opened again", async () => {
     const page = await opened({ acceptDownloads: true });
     await add(page, ["z-plus", 10]);
     await add(page, ["y-minus", 10]);
@@ -191,7 +191,7 @@ export function teaching(test, { browser, station, closed, shots }) {
     await page.getByTestId("teach-row-3").waitFor();
     const taught = await kept(page);
     await page.reload();
-    await is(page, "lease", "mine");
+    await waitForState(page, "lease", "mine");
     await page.getByTestId("teach-row-3").waitFor();
     assert.deepEqual(await kept(page), taught);
     await page.getByTestId("teach-title").fill("lesson");
@@ -226,13 +226,13 @@ export function teaching(test, { browser, station, closed, shots }) {
     assert.ok(again.length >= 2 && near(again[0].motion.move[1], taught[0].motion.move[1], 0.1), JSON.stringify(again));
     await page.getByTestId("teach-undo").click();
     assert.deepEqual(await kept(page), taught.slice(0, 2));
-    await closed(page);
+    await closePage(page);
   });
 
-  test("a cube is put on another by names alone, and a pick of nothing says so", async () => {
+  test("a cube is put on another by names alone, and an empty pick is reported", async () => {
     const page = await opened();
     await page.goto(`${station.url}#/world`);
-    await is(page, "route", "world");
+    await waitForState(page, "route", "world");
     await page.getByTestId("world-scenario").selectOption({ label: "Three cubes" });
     await page.getByText("Objects: 3").waitFor();
     let presses = 0;
@@ -241,7 +241,7 @@ export function teaching(test, { browser, station, closed, shots }) {
       return page.getByRole("button", { name, exact: true }).click();
     };
     await page.goto(`${station.url}#/teach`);
-    await is(page, "route", "teach");
+    await waitForState(page, "route", "teach");
     const picked = page.getByRole("button", { name: "Put on the blue cube", exact: true });
     await picked.waitFor();
     assert.ok(await picked.isDisabled(), "nothing is held");
@@ -249,8 +249,8 @@ export function teaching(test, { browser, station, closed, shots }) {
     await press("Put on the blue cube");
     await press("Play all");
     assert.equal(presses, 3);
-    await is(page, "job", "running");
-    await is(page, "job", "done", 60_000);
+    await waitForState(page, "job", "running");
+    await waitForState(page, "job", "done", 60_000);
     const objects = Object.fromEntries((await station.call("world.look")).objects.map((one) => [one.name, one]));
     const [red, blue] = [objects["red cube"], objects["blue cube"]];
     assert.ok(near(red.at[0], blue.at[0]) && near(red.at[1], blue.at[1]), JSON.stringify(red));
@@ -264,8 +264,8 @@ export function teaching(test, { browser, station, closed, shots }) {
     // The object is no longer at its old position, and the job reports that.
     await press("Undo");
     await press("Play all");
-    await is(page, "job", "running");
-    await is(page, "job", "done", 60_000);
+    await waitForState(page, "job", "running");
+    await waitForState(page, "job", "done", 60_000);
     await page.getByTestId("job-note-nothing-picked").waitFor();
     const { notes } = (await station.call("job.list")).jobs.at(-1);
     assert.deepEqual(notes.map(({ code }) => code).toSorted(), ["left-on", "nothing-picked"]);
@@ -279,6 +279,6 @@ export function teaching(test, { browser, station, closed, shots }) {
       "is on it",
       (state) => near(state.x, green.at[0]) && near(state.z, green.at[2] + green.size[2]) && !state.moving,
     );
-    await closed(page);
+    await closePage(page);
   });
 }

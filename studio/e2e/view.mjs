@@ -19,7 +19,7 @@ async function seen(page, points) {
 }
 
 /** Waits until the camera of the picture is at rest. */
-async function stands(page) {
+async function waitForStillPicture(page) {
   await page.locator("[data-testid=view][data-camera]").waitFor();
   await page.waitForFunction(
     () => {
@@ -39,7 +39,7 @@ async function shows(what, is) {
     assert.ok(Date.now() < ends, what);
 }
 
-export function views(test, { browser, station, shots, closed }) {
+export function views(test, { browser, station, shots, closePage }) {
   const begin = async (name) => {
     const { scenarios } = await station.call("world.scenarios");
     await station.call("world.scenario", { text: scenarios.find((one) => one.name === name)?.text ?? "" });
@@ -57,7 +57,7 @@ export function views(test, { browser, station, shots, closed }) {
         reducedMotion: "reduce",
       });
       await page.getByTestId("view-fit").waitFor();
-      await stands(page);
+      await waitForStillPicture(page);
       // The camera buttons cover none of the content.
       await shows(`${size}: all is in the picture`, async () => {
         const { at, width: wide, height: high } = await seen(page, things);
@@ -85,16 +85,16 @@ export function views(test, { browser, station, shots, closed }) {
     }
   });
 
-  test("view: another scenario is looked at anew, unless the person has turned the picture; all is shown at a press", async () => {
+  test("view: another scenario is framed again, unless the user has turned the picture; one press shows all", async () => {
     await begin("drawing");
     const page = await browser.connected(`${station.url}#/move`);
     await page.getByTestId("view-fit").waitFor();
-    await stands(page);
+    await waitForStillPicture(page);
     const camera = () => page.getByTestId("view").getAttribute("data-camera");
     const first = await camera();
     await begin("pick_and_sort");
     await page.waitForFunction((first) => document.querySelector("[data-testid=view]").dataset.camera !== first, first);
-    await stands(page);
+    await waitForStillPicture(page);
     // The user turns the picture.
     const box = await page.getByTestId("view").boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + 40);
@@ -102,11 +102,11 @@ export function views(test, { browser, station, shots, closed }) {
     await page.mouse.move(box.x + box.width / 2 + 120, box.y + 60, { steps: 5 });
     await page.mouse.up();
     await page.locator("[data-testid=view-corner][aria-pressed=false]").waitFor();
-    await stands(page);
+    await waitForStillPicture(page);
     const turned = await camera();
     await begin("cubes");
     await page.waitForTimeout(2500);
-    await stands(page);
+    await waitForStillPicture(page);
     // The end of a turn must not start another one.
     const [one, other] = [turned, await camera()].map((text) => text.split(",").map(Number));
     assert.ok(
@@ -138,7 +138,7 @@ export function views(test, { browser, station, shots, closed }) {
     const page = await browser.inControl(`${station.url}#/move`);
     const press = (name) => page.getByRole("button", { name, exact: true }).click();
     const field = (name) => page.getByRole("textbox", { name, exact: true });
-    const before = await station.stands();
+    const before = await station.waitForRest();
     await press("Go to …");
     // The fields contain the current pose.
     assert.ok(
@@ -156,7 +156,7 @@ export function views(test, { browser, station, shots, closed }) {
     await field("r").fill("30");
     await page.getByText("Nothing moves before you press Go.").waitFor();
     await page.waitForFunction(() => !document.querySelector("[data-testid=goto-start]").disabled);
-    const still = await station.stands();
+    const still = await station.waitForRest();
     assert.ok(near(still.x, before.x) && near(still.y, before.y), "it moved before Go");
     await shot(page, "view-goto");
     await press("Go");
@@ -178,7 +178,7 @@ export function views(test, { browser, station, shots, closed }) {
     assert.equal(await field("y").inputValue(), "80.5");
     await press("Close");
     await page.getByTestId("goto-x").waitFor({ state: "detached" });
-    await closed(page);
+    await closePage(page);
   });
 
   test("move: a press on the table from above sets x and y, with and without WebGL", async () => {
@@ -192,16 +192,16 @@ export function views(test, { browser, station, shots, closed }) {
       await page.getByTestId("goto-z").fill("20");
       const view = page.getByTestId("view");
       const box = await view.boundingBox();
-      const before = await station.stands();
+      const before = await station.waitForRest();
       if (!flat) {
         // In the corner view a press turns the picture, and sets nothing.
         await page.getByTestId("view-fit").waitFor();
-        await stands(page);
+        await waitForStillPicture(page);
         const x = await page.getByTestId("goto-x").inputValue();
         await view.click({ position: { x: box.width / 2, y: box.height / 2 } });
         assert.equal(await page.getByTestId("goto-x").inputValue(), x);
         await page.getByTestId("view-top").click();
-        await stands(page);
+        await waitForStillPicture(page);
       }
       // In the flat picture the scale is measured from the positions of tip and base.
       const place = flat
@@ -218,13 +218,13 @@ export function views(test, { browser, station, shots, closed }) {
       await page.waitForFunction(() => Math.abs(document.querySelector("[data-testid=goto-x]").value - 200) < 2);
       assert.ok(near(Number(await page.getByTestId("goto-y").inputValue()), -60, 2), `${flat}`);
       if (flat) await page.locator(".plan .goal").waitFor();
-      const still = await station.stands();
+      const still = await station.waitForRest();
       assert.ok(near(still.x, before.x) && near(still.y, before.y), "it moved before Go");
       await page.waitForFunction(() => !document.querySelector("[data-testid=goto-start]").disabled);
       await shot(page, `view-press-${flat ? "plan" : "top"}`);
       await page.getByTestId("goto-start").click();
       await station.until("is there", (state) => near(state.x, 200, 2) && near(state.y, -60, 2) && near(state.z, 20));
-      await closed(page);
+      await closePage(page);
     }
     await begin("");
   });

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { is, near } from "./bench.mjs";
+import { near, waitForState } from "./bench.mjs";
 
 /** Waits until the result of a call meets a condition. */
 async function until(station, method, params, what, is) {
@@ -16,12 +16,12 @@ async function until(station, method, params, what, is) {
   }
 }
 
-export function worlds(test, { browser, station, shots, closed }) {
+export function worlds(test, { browser, station, shots, closePage }) {
   const look = (what, is) => until(station, "world.look", {}, what, is);
   const cube = (seen, name = "blue cube") => seen.objects.find((object) => object.name === name);
   const open = async (route, options) => {
     const page = await browser.inControl(`${station.url}#/${route}`, options);
-    await is(page, "route", route);
+    await waitForState(page, "route", route);
     return page;
   };
   const begin = async (page, name, title) => {
@@ -70,7 +70,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.setViewportSize({ width: 1280, height: 860 });
     await page.getByTestId("notice").locator("p").waitFor({ state: "hidden" });
     await page.screenshot({ path: join(shots, "world.png") });
-    await closed(page);
+    await closePage(page);
   });
 
   test("world: what the pen draws is on the paper", async () => {
@@ -82,7 +82,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.getByTestId("world-paper-none").getByText("Nothing drawn yet").waitFor();
     await page.getByTestId("clear-alarms").or(page.getByTestId("stop")).first().waitFor();
     await page.getByTestId("lease-release").click();
-    await is(page, "lease", "free");
+    await waitForState(page, "lease", "free");
     for (const to of [
       [220, -40, -20, 0],
       [220, -40, -60, 0],
@@ -100,7 +100,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.context().close();
   });
 
-  test("world: hands unlock, guide, pull the cable; faults happen", async () => {
+  test("world: manual unlock, guiding, unplugging, and faults", async () => {
     const page = await open("world");
     await page.getByRole("switch", { name: "Unlock key held" }).click();
     await look("unlocked", (seen) => seen.unlocked);
@@ -109,9 +109,9 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.getByTestId("world-unlock").click();
     await look("locked", (seen) => !seen.unlocked);
     await page.getByTestId("world-plugged").click();
-    await is(page, "link", "lost");
+    await waitForState(page, "link", "lost");
     await page.getByTestId("world-plugged").click();
-    await is(page, "link", "up");
+    await waitForState(page, "link", "up");
     await page.getByTestId("world-alarm").click();
     await page.getByTestId("alarm-64").waitFor();
     const { alarms } = await station.call("arm.alarms");
@@ -121,8 +121,8 @@ export function worlds(test, { browser, station, shots, closed }) {
     assert.ok(await page.getByTestId("alarm-clear").isEnabled());
     await page.goto(`${station.url}#/move`);
     await page.getByTestId("clear-alarms").click();
-    await is(page, "alarm", "false");
-    await closed(page);
+    await waitForState(page, "alarm", "false");
+    await closePage(page);
   });
 
   test("world: a file that is no scenario is refused with its line", async () => {
@@ -130,10 +130,10 @@ export function worlds(test, { browser, station, shots, closed }) {
     const file = { name: "bad.toml", mimeType: "text/plain", buffer: Buffer.from("[table]\nheigth = -70") };
     await page.getByTestId("world-scenario-open").setInputFiles(file);
     await page.getByTestId("notice").getByText("line 2").waitFor();
-    await closed(page);
+    await closePage(page);
   });
 
-  test("fence: it is seen in the picture, where it is told and where the arm is moved", async () => {
+  test("fence: it is shown in the picture, in the settings and where the arm is moved", async () => {
     const out = { x: [150, 220], y: [80, 160], z: [-60, 40] };
     await station.call("arm.fence", { set: { box: { x: [0, 330], y: [-250, 250], z: [-100, 200] }, keep_out: [out] } });
     const init = () => {
@@ -179,10 +179,10 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.getByTestId("pin-2-function").selectOption("0");
     await page.getByTestId("pin-2-set").waitFor({ state: "detached" });
     assert.equal((await station.call("arm.io")).pins[1].function, 0);
-    await closed(page);
+    await closePage(page);
   });
 
-  test("plots: two minutes back, held, and taken along as record writes them", async () => {
+  test("plots: two minutes of history, paused, and saved in the format of record", async () => {
     const page = await browser.connected(`${station.url}#/move`);
     // The ring buffer is filled on any route.
     for (const to of [
@@ -225,7 +225,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.context().close();
   });
 
-  test("pins: a stepper drives the belt, and a sensor is read, by what the table says of them", async () => {
+  test("pins: a stepper drives the belt and a sensor is read, by the commands of the table", async () => {
     const { scenarios } = await station.call("world.scenarios");
     await station.call("world.scenario", { text: scenarios.find(({ name }) => name === "pick_and_sort").text });
     const page = await open("io");
@@ -240,7 +240,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     await infrared.getByRole("button", { name: "Read" }).click();
     await infrared.getByText("Object in front").waitFor();
     await infrared.getByRole("button", { name: "Reading" }).click();
-    await closed(page);
+    await closePage(page);
     // The following tests need an arm in an empty world.
     await station.call("world.scenario", { text: "" });
     await station.call("arm.clear_alarms");

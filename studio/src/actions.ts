@@ -1,34 +1,34 @@
 // User actions, each as one call. Refusals are shown to the user.
 
-import { queues, stopsAll } from "./class";
+import { queuesPrograms, stopsAll } from "./class";
 import type { Params } from "./client";
-import { LINE_ENDED, RpcError } from "./client";
-import { type Sentence, sentence, t, told } from "./i18n";
+import { CONNECTION_ENDED, RpcError } from "./client";
+import { type Sentence, sentence, t, translated } from "./i18n";
 import { endJog } from "./jog";
 import { log } from "./log";
-import { call, giveBack, renamed, shown, takeControl } from "./session";
-import { ownName, remember, remembered } from "./settings";
+import { applyNameAndWait, call, releaseLease, shownArm, takeLease } from "./session";
+import { ownName, readValue, writeValue } from "./settings";
 import * as store from "./store";
 
-const DANGEROUS = -32005;
-const STOPPED = -32007;
+const DANGEROUS_CODE = -32005;
+const STOPPED_CODE = -32007;
 
-export function complain(error: unknown): void {
-  if (error instanceof RpcError && error.code === STOPPED) return;
-  const text = error instanceof RpcError ? inWords(error) : String((error as Error).message);
+export function reportError(error: unknown): void {
+  if (error instanceof RpcError && error.code === STOPPED_CODE) return;
+  const text = error instanceof RpcError ? errorText(error) : String((error as Error).message);
   log(text);
-  store.say(text, true);
+  store.notify(text, true);
 }
 
 /**
  * Error of the station in the page's language. A sentence without a translation is preceded by its
  * kind.
  */
-export function inWords({ code, message, data }: RpcError): string {
-  if (code === LINE_ENDED) return t("why.lost");
-  const kind = told(`error.${code}`, "");
+export function errorText({ code, message, data }: RpcError): string {
+  if (code === CONNECTION_ENDED) return t("why.lost");
+  const kind = translated(`error.${code}`, "");
   const { template } = data as Sentence;
-  if (template !== undefined && (kind === "" || told(template, "") !== "")) return sentence(data);
+  if (template !== undefined && (kind === "" || translated(template, "") !== "")) return sentence(data);
   return kind === "" ? message : `${kind}: ${message}`;
 }
 
@@ -53,7 +53,7 @@ export interface Problem {
 export function problemOf(error: unknown): Problem {
   if (!(error instanceof RpcError)) return { text: String((error as Error).message), remedies: [] };
   const remedies = error.data.remedies;
-  return { text: inWords(error), remedies: Array.isArray(remedies) ? (remedies as Remedy[]) : [] };
+  return { text: errorText(error), remedies: Array.isArray(remedies) ? (remedies as Remedy[]) : [] };
 }
 
 /**
@@ -66,20 +66,20 @@ export async function stop(all = stopsAll.value): Promise<void> {
   const arm = store.armName.value;
   try {
     await call("arm.stop", all || arm === null ? {} : { arm });
-    store.say(t(all ? "stop.all" : "stop.done"));
+    store.notify(t(all ? "stop.all" : "stop.done"));
   } catch (error) {
-    if (error instanceof RpcError && error.code !== LINE_ENDED) return complain(error);
+    if (error instanceof RpcError && error.code !== CONNECTION_ENDED) return reportError(error);
     const text = t("stop.unsent");
     log(text);
-    store.say(text, true);
+    store.notify(text, true);
   }
 }
 
-export async function tried(work: () => Promise<unknown>): Promise<void> {
+export async function attempt(work: () => Promise<unknown>): Promise<void> {
   try {
     await work();
   } catch (error) {
-    complain(error);
+    reportError(error);
   }
 }
 
@@ -87,64 +87,64 @@ export async function tried(work: () => Promise<unknown>): Promise<void> {
  * Asks for a name before control is taken, once per tab, if others see who has it: in a class, and
  * for an arm of another computer.
  */
-async function named(): Promise<void> {
+async function askForName(): Promise<void> {
   const isOwn = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
   if (
     store.backend.value !== "station" ||
     store.pupil.value !== null ||
     ownName.value !== "" ||
-    remembered("sessionStorage", "unnamed") !== null
+    readValue("sessionStorage", "unnamed") !== null
   )
     return;
-  if (isOwn && !queues.value) return;
-  const name = await new Promise<string | null>((done) => (store.naming.value = done));
-  if (name === null) return remember("sessionStorage", "unnamed", "yes");
+  if (isOwn && !queuesPrograms.value) return;
+  const name = await new Promise<string | null>((done) => (store.namePrompt.value = done));
+  if (name === null) return writeValue("sessionStorage", "unnamed", "yes");
   ownName.value = name;
-  await renamed();
+  await applyNameAndWait();
 }
 
-export const take = () =>
-  tried(async () => {
-    await named();
+export const takeControl = () =>
+  attempt(async () => {
+    await askForName();
     if (store.lease.value === "other") {
       const name = store.holder.value?.name ?? "";
       const sure = await store.ask(t("take.title", { name }), t("take.text", { name }), t("lease.take"));
       if (!sure) return;
     }
-    await takeControl();
+    await takeLease();
   });
-export const release = () =>
-  tried(async () => {
+export const releaseControl = () =>
+  attempt(async () => {
     endJog("released");
-    await giveBack();
+    await releaseLease();
   });
-export const askFor = () =>
-  tried(async () => {
-    store.asking.value = true;
+export const askForControl = () =>
+  attempt(async () => {
+    store.isRequestingControl.value = true;
     try {
-      const { granted } = await call("lease.ask", shown());
-      if (!granted) store.say(t("lease.kept", { name: store.holder.value?.name ?? "" }));
+      const { granted } = await call("lease.ask", shownArm());
+      if (!granted) store.notify(t("lease.kept", { name: store.holder.value?.name ?? "" }));
     } finally {
-      store.asking.value = false;
+      store.isRequestingControl.value = false;
     }
   });
-export const answer = (grant: boolean) =>
-  tried(async () => {
-    const asked = store.asked.value;
-    store.asked.value = null;
-    if (asked !== null) await call("lease.answer", { ...shown(), session: asked.session, grant });
+export const answerControlRequest = (grant: boolean) =>
+  attempt(async () => {
+    const asked = store.controlRequest.value;
+    store.controlRequest.value = null;
+    if (asked !== null) await call("lease.answer", { ...shownArm(), session: asked.session, grant });
   });
 
 export const isReal = () => store.arm.value?.virtual === false;
 
 export const home = () =>
-  tried(async () => {
+  attempt(async () => {
     if (isReal() && !(await store.ask(t("home.title"), t("home.text"), t("home")))) return;
-    await agreed(t("home"), homed);
+    await withConfirmation(t("home"), homeShownArm);
   });
 /** Homes the shown arm; the page says so meanwhile. */
-export async function homed(yes: { yes?: boolean } = {}): Promise<void> {
-  const { arm } = shown();
+export async function homeShownArm(yes: { yes?: boolean } = {}): Promise<void> {
+  const { arm } = shownArm();
   store.homing.value = arm;
   try {
     await call("arm.home", { arm, ...yes });
@@ -153,35 +153,38 @@ export async function homed(yes: { yes?: boolean } = {}): Promise<void> {
   }
 }
 export const clearAlarms = () =>
-  tried(() => agreed(t("alarms.clear"), (yes) => call("arm.clear_alarms", { ...shown(), ...yes })));
+  attempt(() => withConfirmation(t("alarms.clear"), (yes) => call("arm.clear_alarms", { ...shownArm(), ...yes })));
 
-export const tool = (params: Omit<Params<"arm.tool">, "arm" | "yes">) =>
-  tried(async () => {
-    await call("arm.tool", { ...shown(), ...params });
-    store.say(t("done"));
+export const setTool = (params: Omit<Params<"arm.tool">, "arm" | "yes">) =>
+  attempt(async () => {
+    await call("arm.tool", { ...shownArm(), ...params });
+    store.notify(t("done"));
   });
-export const laser = (on: boolean) =>
-  tried(async () => {
+export const setLaser = (on: boolean) =>
+  attempt(async () => {
     if (on && isReal() && !(await store.ask(t("laser.title"), t("laser.text"), t("laser.yes")))) return;
-    await call("arm.tool", { ...shown(), laser: { on }, ...(on ? { yes: true } : {}) });
+    await call("arm.tool", { ...shownArm(), laser: { on }, ...(on ? { yes: true } : {}) });
   });
-export const speed = (percent: number) => tried(() => call("arm.speed", { ...shown(), percent }));
+export const setSpeed = (percent: number) => attempt(() => call("arm.speed", { ...shownArm(), percent }));
 
 /**
  * Question to confirm before the action is repeated, if the station refused it as dangerous; null
  * otherwise.
  */
-export function dangerOf(error: unknown): string | null {
-  if (!(error instanceof RpcError) || error.code !== DANGEROUS) return null;
+export function dangerQuestion(error: unknown): string | null {
+  if (!(error instanceof RpcError) || error.code !== DANGEROUS_CODE) return null;
   return t(error.data.danger === "laser" ? "danger.laser" : "danger.arm");
 }
 
 /** Runs `work`, and again with `yes` if the station calls it dangerous and the user agrees. */
-export async function agreed(what: string, work: (yes: { yes?: boolean }) => Promise<unknown>): Promise<void> {
+export async function withConfirmation(
+  what: string,
+  work: (yes: { yes?: boolean }) => Promise<unknown>,
+): Promise<void> {
   try {
     await work({});
   } catch (error) {
-    const danger = dangerOf(error);
+    const danger = dangerQuestion(error);
     if (danger === null) throw error;
     if (await store.ask(what, danger, what)) await work({ yes: true });
   }

@@ -1,14 +1,16 @@
 // Client for the methods of a station, behind a worker that has a WebSocket or contains the
 // station.
 import type { Methods, Notifications } from "./api";
-import { type FromWorker, NO_WORKER, type ToWorker, type Wire } from "./carrier";
-import { jumped } from "./clock";
+import { recordJump } from "./clock";
+import { type FromWorker, NO_WORKER, type RpcMessage, type ToWorker } from "./messages";
 
 export type Method = keyof Methods;
 export type Params<M extends Method> = Methods[M]["params"];
 export type Result<M extends Method> = Methods[M]["result"];
 /** Notification of a station with its parameters. */
-export type Told = { [N in keyof Notifications]: [method: N, params: Notifications[N]] }[keyof Notifications];
+export type StationNotification = {
+  [N in keyof Notifications]: [method: N, params: Notifications[N]];
+}[keyof Notifications];
 
 /** Error from the station, or caused by the end of the connection. */
 export class RpcError extends Error {
@@ -22,10 +24,10 @@ export class RpcError extends Error {
 }
 
 /** Code of the page itself: the connection ended before the answer. */
-export const LINE_ENDED = 1;
+export const CONNECTION_ENDED = 1;
 
 /** Methods during which a station in the worker is busy and answers nothing else. */
-const COMPUTED: readonly Method[] = [
+const COMPUTING_METHODS: readonly Method[] = [
   "job.check",
   "job.start",
   "job.resume",
@@ -34,10 +36,10 @@ const COMPUTED: readonly Method[] = [
   "teach.plan",
 ];
 
-interface Waiting {
+interface PendingRequest {
   method: Method;
-  done: (value: never) => void;
-  failed: (error: RpcError) => void;
+  resolve: (value: never) => void;
+  reject: (error: RpcError) => void;
 }
 
 export class Client {
@@ -45,30 +47,30 @@ export class Client {
   onOpened: () => void = () => {};
   onClosed: (code: number) => void = () => {};
   /** Called for every message: the other end is alive. */
-  onWord: () => void = () => {};
+  onMessage: () => void = () => {};
   private onTraced: (file: Uint8Array<ArrayBuffer>) => void = () => {};
-  private next = 1;
-  private readonly waiting = new Map<number, Waiting>();
+  private nextId = 1;
+  private readonly pending = new Map<number, PendingRequest>();
 
   constructor(private readonly worker: Worker) {
-    worker.onmessage = (event: MessageEvent<FromWorker>) => this.heard(event.data);
-    worker.onerror = () => this.heard({ kind: "closed", code: NO_WORKER });
+    worker.onmessage = (event: MessageEvent<FromWorker>) => this.onWorkerMessage(event.data);
+    worker.onerror = () => this.onWorkerMessage({ kind: "closed", code: NO_WORKER });
   }
 
-  tell(message: ToWorker): void {
+  post(message: ToWorker): void {
     this.worker.postMessage(message);
   }
 
   call<M extends Method>(method: M, params: Params<M>): Promise<Result<M>> {
     const [message, answer] = this.request(method, params);
-    this.tell({ kind: "send", message });
+    this.post({ kind: "send", message });
     return answer;
   }
 
   /** Starts a jog that the worker keeps alive until `release`. */
   jog(params: Params<"jog.start">, every: number, most: number): Promise<Result<"jog.start">> {
     const [message, answer] = this.request("jog.start", params);
-    this.tell({ kind: "jog", message, every, most });
+    this.post({ kind: "jog", message, every, most });
     return answer;
   }
 
@@ -78,13 +80,13 @@ export class Client {
    */
   file(name: string, bytes?: ArrayBuffer): Promise<ArrayBuffer> {
     const [{ id }, answer] = this.request("program.get", { name });
-    this.tell({ kind: "file", id, name, ...(bytes ? { bytes } : {}) });
+    this.post({ kind: "file", id, name, ...(bytes ? { bytes } : {}) });
     return answer as Promise<unknown> as Promise<ArrayBuffer>;
   }
 
   /** Trace file of the traffic between the driver in the worker and its arm. */
   trace(): Promise<Uint8Array<ArrayBuffer>> {
-    this.tell({ kind: "trace" });
+    this.post({ kind: "trace" });
     return new Promise((done) => (this.onTraced = done));
   }
 
@@ -97,44 +99,45 @@ export class Client {
   /** Ends the connection; `open` starts another one. */
   close(): void {
     this.fail();
-    this.tell({ kind: "close" });
+    this.post({ kind: "close" });
   }
 
-  private request<M extends Method>(method: M, params: Params<M>): [Wire & { id: number }, Promise<Result<M>>] {
-    const id = this.next++;
+  private request<M extends Method>(method: M, params: Params<M>): [RpcMessage & { id: number }, Promise<Result<M>>] {
+    const id = this.nextId++;
     const message = { jsonrpc: "2.0" as const, id, method, params };
     const answer = new Promise<Result<M>>((done, failed) => {
-      this.waiting.set(id, { method, done: done as (value: never) => void, failed });
+      this.pending.set(id, { method, resolve: done as (value: never) => void, reject: failed });
     });
     return [message, answer];
   }
 
   /** True if the station may be silent because it is computing. */
-  get computes(): boolean {
-    return [...this.waiting.values()].some(({ method }) => COMPUTED.includes(method));
+  get isComputing(): boolean {
+    return [...this.pending.values()].some(({ method }) => COMPUTING_METHODS.includes(method));
   }
 
-  private heard(event: FromWorker): void {
-    this.onWord();
+  private onWorkerMessage(event: FromWorker): void {
+    this.onMessage();
     if (event.kind === "opened") return this.onOpened();
     if (event.kind === "closed") {
       this.fail();
       return this.onClosed(event.code);
     }
     if (event.kind === "traced") return this.onTraced(event.file);
-    if (event.kind === "jumped") return jumped(event.from, event.ahead);
+    if (event.kind === "jumped") return recordJump(event.from, event.ahead);
     const { id, method, params, result, error } = event.message;
     if (method !== undefined) return this.onNotification(method, params ?? {});
-    const waiting = this.waiting.get(id ?? -1);
+    const waiting = this.pending.get(id ?? -1);
     if (waiting === undefined) return;
-    this.waiting.delete(id ?? -1);
-    if (error) waiting.failed(new RpcError(error.code, error.message, error.data));
-    else waiting.done(result as never);
+    this.pending.delete(id ?? -1);
+    if (error) waiting.reject(new RpcError(error.code, error.message, error.data));
+    else waiting.resolve(result as never);
   }
 
   /** Fails all pending requests. */
   fail(): void {
-    for (const { failed } of this.waiting.values()) failed(new RpcError(LINE_ENDED, "the connection ended"));
-    this.waiting.clear();
+    for (const { reject: failed } of this.pending.values())
+      failed(new RpcError(CONNECTION_ENDED, "the connection ended"));
+    this.pending.clear();
   }
 }

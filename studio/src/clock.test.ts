@@ -1,14 +1,14 @@
 import { expect, test } from "vitest";
-import { jumped, wallTime } from "./clock";
+import { recordJump, wallTime } from "./clock";
 import { backend } from "./store";
 
 const at = (time: number) => wallTime(time).getTime() / 1000;
 
-test("what the page's arm said between two jumps was said as far ahead as its clock was then", () => {
+test("a time between two jumps is converted by the offset of its jump", () => {
   backend.value = "sim";
-  jumped(1013, 13);
-  jumped(1100, 26);
-  jumped(1200, 23);
+  recordJump(1013, 13);
+  recordJump(1100, 26);
+  recordJump(1200, 23);
   expect([at(1000), at(1013), at(1050), at(1100), at(1199), at(1200), at(1300)]).toEqual([
     1000, 1000, 1037, 1074, 1173, 1177, 1277,
   ]);

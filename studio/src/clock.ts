@@ -8,7 +8,7 @@ import * as store from "./store";
  */
 const jumps: Array<{ from: number; ahead: number }> = [];
 
-export const jumped = (from: number, ahead: number): void => void jumps.push({ from, ahead });
+export const recordJump = (from: number, ahead: number): void => void jumps.push({ from, ahead });
 
 /** Converts a time of the connected station, Unix s, into wall time. */
 export function wallTime(said: number): Date {

@@ -5,12 +5,12 @@
  * Time after which a reader without an answer is terminated, ms. The station's own timeout is
  * longer.
  */
-const LONGEST = 60_000;
+const READ_TIMEOUT = 60_000;
 /**
  * File size from which on the worker is terminated afterwards, bytes: a WebAssembly memory never
  * shrinks.
  */
-const LARGE = 4_000_000;
+const LARGE_FILE = 4_000_000;
 
 export class FilesWorker {
   private worker: Worker | null = null;
@@ -33,14 +33,14 @@ export class FilesWorker {
     }
     this.end(this.id !== null);
     this.id = id;
-    this.timer = setTimeout(() => this.answer(null), LONGEST);
+    this.timer = setTimeout(() => this.answer(null), READ_TIMEOUT);
     const request = asked.slice(4);
-    this.isLarge = request.length > LARGE;
-    this.worker ??= this.made();
+    this.isLarge = request.length > LARGE_FILE;
+    this.worker ??= this.ensureWorker();
     this.worker.postMessage({ module: this.module.href, request }, [request.buffer]);
   }
 
-  private made(): Worker {
+  private ensureWorker(): Worker {
     const worker = new Worker(new URL("./reader.ts", import.meta.url), { type: "module" });
     worker.onmessage = ({ data }: MessageEvent<Uint8Array | null>) => this.answer(data);
     worker.onerror = () => this.answer(null);

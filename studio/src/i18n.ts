@@ -9,7 +9,7 @@ type Texts = Record<Key, string>;
 
 const FILES = import.meta.glob<Texts>("./languages/*.json", { import: "default" });
 /** Translations of the station's sentences, by their English templates. */
-const SAID = import.meta.glob<Texts>("./said/*.json", { import: "default" });
+const STATION_TEXTS = import.meta.glob<Texts>("./said/*.json", { import: "default" });
 const fileOf = (name: string) => `./languages/${name}.json`;
 
 /** Languages by file name and by their own name: `zh`, `中文`. */
@@ -24,7 +24,7 @@ effect(() => {
   const name = language.value;
   const load = name === "en" ? undefined : FILES[fileOf(name)];
   if (load === undefined) return void (texts.value = en);
-  Promise.all([load(), SAID[`./said/${name}.json`]?.()]).then(
+  Promise.all([load(), STATION_TEXTS[`./said/${name}.json`]?.()]).then(
     ([loaded, said]) => {
       if (language.peek() === name) texts.value = { ...said, ...loaded };
     },
@@ -34,14 +34,14 @@ effect(() => {
 
 /** Sentence of a key, with values in place of the braces. */
 export function t(key: Key, values: Record<string, string | number> = {}): string {
-  return filled(texts.value[key] ?? en[key] ?? key, values);
+  return interpolate(texts.value[key] ?? en[key] ?? key, values);
 }
 
-export const filled = (text: string, values: Record<string, string | number>): string =>
+export const interpolate = (text: string, values: Record<string, string | number>): string =>
   text.replace(/\{(\w+)\}/g, (all, name: string) => String(values[name] ?? all));
 
 /** Translation of a key, or the station's own English text. */
-export const told = (key: string, or: string): string => (texts.value as Record<string, string>)[key] ?? or;
+export const translated = (key: string, or: string): string => (texts.value as Record<string, string>)[key] ?? or;
 
 /** Sentence of the station as data: its English template with the values. */
 export interface Sentence {
@@ -55,18 +55,19 @@ interface Value extends Sentence {
 }
 
 /** Name of an option. Panels that ask for options replace it, since they know more names. */
-export const names = { option: (name: string): string => told(`setup.${name}`, name) };
+export const names = { option: (name: string): string => translated(`setup.${name}`, name) };
 
-const words = ({ template = "", values = [] }: Sentence): string =>
-  filled(
-    told(template, template),
+const sentenceText = ({ template = "", values = [] }: Sentence): string =>
+  interpolate(
+    translated(template, template),
     Object.fromEntries(
       values.map((value) => [
         value.name,
-        value.text ?? (value.option === undefined ? words(value) : `“${names.option(value.option)}”`),
+        value.text ?? (value.option === undefined ? sentenceText(value) : `“${names.option(value.option)}”`),
       ]),
     ),
   );
 
 /** Sentence of the station in the page's language, with the names that options have there. */
-export const sentence = (of: Sentence): string => words(of).replace(/^[a-z](?=[a-z])/, (first) => first.toUpperCase());
+export const sentence = (of: Sentence): string =>
+  sentenceText(of).replace(/^[a-z](?=[a-z])/, (first) => first.toUpperCase());

@@ -1,12 +1,12 @@
 // Keeps a held jog alive in the worker. The page's main thread may be busy for a moment, but a jog
 // must end if it hangs.
-import type { Wire } from "./carrier";
+import type { RpcMessage } from "./messages";
 
 /**
  * Silence of the main thread after which it counts as hung, ms, because the user could not release
  * the button. With one more interval the arm stands 300 ms after the thread hung.
  */
-const HUNG = 230;
+const HANG_TIMEOUT = 230;
 
 export class JogKeeper {
   private id: number | null = null;
@@ -14,23 +14,23 @@ export class JogKeeper {
   private jog: string | null = null;
   private released = false;
   private timer: ReturnType<typeof setInterval> | undefined;
-  private kept = 0;
-  private most = 0;
-  private alive = 0;
+  private keptAliveAt = 0;
+  private timeout = 0;
+  private aliveAt = 0;
 
-  constructor(private readonly send: (message: Wire) => void) {}
+  constructor(private readonly send: (message: RpcMessage) => void) {}
 
-  start(message: Wire, every: number, most: number): void {
+  start(message: RpcMessage, every: number, most: number): void {
     this.release();
     this.id = message.id ?? null;
     const arm = message.params?.arm;
     this.arm = arm === undefined ? {} : { arm };
     this.jog = null;
     this.released = false;
-    this.alive = performance.now();
-    this.most = most;
+    this.aliveAt = performance.now();
+    this.timeout = most;
     this.send(message);
-    this.timer = setInterval(() => this.turn(), every);
+    this.timer = setInterval(() => this.tick(), every);
   }
 
   /**
@@ -47,12 +47,12 @@ export class JogKeeper {
     this.jog = null;
   }
 
-  isAlive(): void {
-    this.alive = performance.now();
+  noteAlive(): void {
+    this.aliveAt = performance.now();
   }
 
   /** Handles a message of the station. */
-  heard(message: Wire): void {
+  onMessage(message: RpcMessage): void {
     if (message.id !== undefined && message.id === this.id) {
       this.id = null;
       const jog = (message.result as { jog?: string } | undefined)?.jog;
@@ -64,9 +64,9 @@ export class JogKeeper {
         this.stop({ jog });
       } else {
         this.jog = jog;
-        this.kept = performance.now();
+        this.keptAliveAt = performance.now();
         // The arm may have taken a while to begin.
-        this.turn();
+        this.tick();
       }
     } else if (message.method === "jog.ended" && message.params?.jog === this.jog) {
       clearInterval(this.timer);
@@ -75,15 +75,15 @@ export class JogKeeper {
     }
   }
 
-  private turn(): void {
+  private tick(): void {
     const now = performance.now();
     // After the computer slept, the jog has ended by itself and must not be renewed by the old
     // hold.
-    const slept = this.jog !== null && now - this.kept > this.most;
-    if (slept || now - this.alive > HUNG) {
+    const slept = this.jog !== null && now - this.keptAliveAt > this.timeout;
+    if (slept || now - this.aliveAt > HANG_TIMEOUT) {
       this.release();
     } else if (this.jog !== null) {
-      this.kept = now;
+      this.keptAliveAt = now;
       this.send({ jsonrpc: "2.0", method: "jog.keep", params: { jog: this.jog } });
     }
   }

@@ -1,11 +1,11 @@
 // Keyboard: Escape always stops, Space while something moves; in the jog pad the keys of `magician
 // jog`.
-import { clearAlarms, home, laser, stop, tool } from "./actions";
+import { clearAlarms, home, setLaser, setTool, stop } from "./actions";
 import * as jog from "./jog";
 import * as store from "./store";
 
-type Move = [jog.Axis, 1 | -1];
-const CARTESIAN: Record<string, Move> = {
+type Direction = [jog.Axis, 1 | -1];
+const CARTESIAN: Record<string, Direction> = {
   ArrowUp: ["x", 1],
   ArrowDown: ["x", -1],
   ArrowLeft: ["y", 1],
@@ -23,29 +23,29 @@ const CARTESIAN: Record<string, Move> = {
 const JOINT: Partial<Record<jog.Axis, jog.Axis>> = { x: "j2", y: "j1", z: "j3", r: "j4" };
 
 const gripper = { off: "closed", closed: "open", open: "off" } as const;
-const OTHERS: Record<string, () => void> = {
+const KEY_ACTIONS: Record<string, () => void> = {
   m: () => (jog.mode.value = jog.mode.value === "hold" ? "step" : "hold"),
   f: jog.nextFrame,
-  "+": () => jog.longer(1),
-  "-": () => jog.longer(-1),
-  ".": () => jog.faster(1),
-  ",": () => jog.faster(-1),
-  p: () => moves() && void tool({ suction: store.state.value?.tool.suction !== true }),
+  "+": () => jog.changeStepSize(1),
+  "-": () => jog.changeStepSize(-1),
+  ".": () => jog.changeSpeed(1),
+  ",": () => jog.changeSpeed(-1),
+  p: () => canMove() && void setTool({ suction: store.state.value?.tool.suction !== true }),
   g: () => {
     const now = store.state.value?.tool.gripper as keyof typeof gripper | null;
-    if (moves()) void tool({ gripper: gripper[now ?? "off"] });
+    if (canMove()) void setTool({ gripper: gripper[now ?? "off"] });
   },
-  l: () => moves() && void laser(store.state.value?.tool.laser !== true),
-  h: () => moves() && void home(),
-  c: () => moves() && void clearAlarms(),
+  l: () => canMove() && void setLaser(store.state.value?.tool.laser !== true),
+  h: () => canMove() && void home(),
+  c: () => canMove() && void clearAlarms(),
   "?": () => (store.showsKeys.value = !store.showsKeys.value),
 };
 
-const moves = () => store.why.value === null;
+const canMove = () => store.why.value === null;
 const isText = (target: Element | null) =>
   target instanceof HTMLTextAreaElement ||
   (target instanceof HTMLInputElement && !["radio", "checkbox", "range", "button"].includes(target.type));
-const inPad = (target: Element | null) => target?.closest("[data-testid=jog-pad]") ?? null;
+const jogPadOf = (target: Element | null) => target?.closest("[data-testid=jog-pad]") ?? null;
 
 /** True if Space would stop something. */
 function isMoving(): boolean {
@@ -58,14 +58,14 @@ function isMoving(): boolean {
 }
 
 /** Pressed keys that hold a jog, by code, since the name of a key changes with Shift. */
-const down = new Set<string>();
+const heldKeys = new Set<string>();
 
 function keydown(event: KeyboardEvent): void {
   const target = event.target instanceof Element ? event.target : null;
   if (event.key === "Escape") {
     if (store.question.value !== null) store.question.value.answer(false);
     store.showsKeys.value = false;
-    store.beside.value = null;
+    store.sidePanel.value = null;
     void stop();
     event.preventDefault();
     return;
@@ -75,7 +75,7 @@ function keydown(event: KeyboardEvent): void {
       target === null ||
       target === document.body ||
       target.closest("[data-testid=view]") !== null ||
-      inPad(target) !== null;
+      jogPadOf(target) !== null;
     if (free || isMoving()) {
       event.preventDefault();
       if (!event.repeat) void stop();
@@ -87,22 +87,22 @@ function keydown(event: KeyboardEvent): void {
     event.preventDefault();
     return;
   }
-  if (inPad(target) === null || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (jogPadOf(target) === null || event.ctrlKey || event.metaKey || event.altKey) return;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const move = CARTESIAN[key];
   if (move !== undefined) {
     event.preventDefault();
     const axis = (jog.frame.value === "joint" && JOINT[move[0]]) || move[0];
     if (event.repeat || (axis === "l" && store.model.value?.limits.l == null)) return;
-    down.add(event.code);
+    heldKeys.add(event.code);
     jog.press(axis, move[1], event.code);
-  } else if (OTHERS[key] !== undefined) {
+  } else if (KEY_ACTIONS[key] !== undefined) {
     event.preventDefault();
-    if (!event.repeat) OTHERS[key]();
+    if (!event.repeat) KEY_ACTIONS[key]();
   } else if (event.key === "Enter" && target instanceof HTMLButtonElement && target.dataset.axis !== undefined) {
     event.preventDefault();
     if (event.repeat) return;
-    down.add(event.code);
+    heldKeys.add(event.code);
     jog.press(target.dataset.axis as jog.Axis, target.dataset.sign === "+" ? 1 : -1, event.code);
   }
 }
@@ -114,8 +114,8 @@ export function listen(): void {
     (event) => {
       // Space activates a button on release; after it has stopped the arm it must not.
       const target = event.target instanceof Element ? event.target : null;
-      if (event.key === " " && inPad(target) !== null) event.preventDefault();
-      if (down.delete(event.code)) jog.lift(event.code);
+      if (event.key === " " && jogPadOf(target) !== null) event.preventDefault();
+      if (heldKeys.delete(event.code)) jog.release(event.code);
     },
     { capture: true },
   );

@@ -1,12 +1,12 @@
 // Log of events for people, shown in `#/arms`.
 import { signal } from "@preact/signals";
 
-const MOST = 500;
+const MAX_LINES = 500;
 
 export const lines = signal<Array<{ at: Date; text: string }>>([]);
 
 export function log(text: string): void {
-  lines.value = [...lines.value.slice(1 - MOST), { at: new Date(), text }];
+  lines.value = [...lines.value.slice(1 - MAX_LINES), { at: new Date(), text }];
 }
 
 export const clock = (at: Date): string => at.toLocaleTimeString("en-GB");

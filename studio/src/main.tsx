@@ -2,31 +2,31 @@
 import { effect } from "@preact/signals";
 import { render } from "preact";
 import "./app.css";
-import { slip } from "./class";
+import { readSlip } from "./class";
 import { t } from "./i18n";
 import { phase } from "./jog";
 import { listen } from "./keys";
 import { keepOffline } from "./offline";
 import "./ring";
 import * as session from "./session";
-import { used } from "./settings";
+import { lastBackend } from "./settings";
 import * as store from "./store";
 import { App } from "./ui/app";
-import { load } from "./ui/routes";
-import { keepPlaces, painted } from "./ui/scroll";
-import "./unseen";
+import { loadPanel } from "./ui/routes";
+import { followHistory, restoreScroll } from "./ui/scroll";
+import "./hidden";
 
-function follow(): void {
+function followHash(): void {
   const [wanted = "", query] = location.hash.replace(/^#\//, "").split("?");
   if (query !== undefined) {
-    slip(new URLSearchParams(query));
+    readSlip(new URLSearchParams(query));
     // The code of a slip must not stay in the history of a shared tablet.
     history.replaceState(history.state, "", `#/${wanted}`);
   }
-  store.wanted.value = wanted;
+  store.hash.value = wanted;
 }
 
-function carryState(): void {
+function exposeState(): void {
   const data = document.body.dataset;
   const say = (name: string, value: () => unknown) =>
     effect(() => {
@@ -36,22 +36,24 @@ function carryState(): void {
   say("link", () => store.link.value);
   say("stale", () => store.stale.value || store.state.value === null);
   say("lease", () => (store.socket.value === "lost" ? "unknown" : store.lease.value));
-  say("moving", () => (store.left.value?.moves ? "unknown" : store.isUp.value && store.state.value?.moving === true));
+  say("moving", () =>
+    store.lastActivity.value?.isMoving ? "unknown" : store.isUp.value && store.state.value?.moving === true,
+  );
   say("jog", () =>
     phase.value === "idle" && store.isUp.value && store.state.value?.jog != null ? "running" : phase.value,
   );
   say("job", () => store.jobState.value);
   say("alarm", () => store.alarms.value.length > 0);
-  say("alarmHolds", () => store.holds.value);
+  say("alarmHolds", () => store.isQueueHeld.value);
   effect(() => {
     const route = store.route.value;
     // A panel that is loaded later is painted later.
-    void load(route).then(() => {
+    void loadPanel(route).then(() => {
       requestAnimationFrame(() =>
         requestAnimationFrame(() => {
           if (store.route.peek() !== route) return;
           data.route = route;
-          painted();
+          restoreScroll();
         }),
       );
     });
@@ -62,7 +64,7 @@ function carryState(): void {
  * Connects to the station that serves this page. A page of static files reconnects to what it had
  * before.
  */
-async function connectToOwn(): Promise<void> {
+async function connectToServer(): Promise<void> {
   let isServed = false;
   try {
     const answer = await fetch(location.pathname, { method: "HEAD" });
@@ -75,26 +77,26 @@ async function connectToOwn(): Promise<void> {
   if (store.backend.value !== "none") return;
   const url = session.apiUrl(location.origin);
   if (isServed && url !== null) session.connect(url, session.keptToken(), session.keptPupil());
-  else if (!isServed && used.value === "sim") session.connectSim();
+  else if (!isServed && lastBackend.value === "sim") session.connectSim();
 }
 
 effect(() => {
   document.documentElement.lang = t("language.tag");
 });
-follow();
-keepPlaces();
-addEventListener("hashchange", follow);
+followHash();
+followHistory();
+addEventListener("hashchange", followHash);
 // Closing the page stops what it started, so the browser asks first.
 addEventListener("beforeunload", (event) => {
   const goesOn = store.isBusy.value || (store.isUp.value && store.state.value?.moving === true);
   if (goesOn && store.lease.value === "mine") event.preventDefault();
 });
 listen();
-carryState();
+exposeState();
 const root = document.getElementById("app");
 if (root !== null) {
   root.textContent = "";
   render(<App />, root);
 }
 requestAnimationFrame(() => requestAnimationFrame(() => (document.body.dataset.ready = "true")));
-void connectToOwn();
+void connectToServer();

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
-import { numberOf, numbersOf } from "./numbers";
+import { parseNumber, parseNumbers } from "./numbers";
 
-test("a number has a point or a comma", () => {
+test("a number may have a decimal point or comma", () => {
   for (const [text, value] of [
     ["7,5", 7.5],
     ["7.5", 7.5],
@@ -9,10 +9,10 @@ test("a number has a point or a comma", () => {
     ["−5", -5],
     ["+.5", 0.5],
   ] as const)
-    expect(numberOf(text)).toBe(value);
+    expect(parseNumber(text)).toBe(value);
 });
 
-test("what is no number is none, and not the beginning of one", () => {
+test("text with trailing characters is not a number", () => {
   for (const text of [
     "",
     "abc",
@@ -28,15 +28,15 @@ test("what is no number is none, and not the beginning of one", () => {
     "1e3",
     "9999999999",
   ])
-    expect(numberOf(text)).toBeNull();
+    expect(parseNumber(text)).toBeNull();
 });
 
-test("several numbers are parted as people part them", () => {
-  expect(numbersOf("2,2", 2)).toEqual([2, 2]);
-  expect(numbersOf("2, 2", 2)).toEqual([2, 2]);
-  expect(numbersOf("0,5 1,5", 2)).toEqual([0.5, 1.5]);
-  expect(numbersOf("0,5; 1,5", 2)).toEqual([0.5, 1.5]);
-  expect(numbersOf("200 -10 5.5", 3)).toEqual([200, -10, 5.5]);
-  expect(numbersOf("200, -10, 5.5", 3)).toEqual([200, -10, 5.5]);
-  for (const text of ["", "1", "1 2 3", "a b", "1 2mm"]) expect(numbersOf(text, 2)).toBeNull();
+test("several numbers are separated by spaces, commas or semicolons", () => {
+  expect(parseNumbers("2,2", 2)).toEqual([2, 2]);
+  expect(parseNumbers("2, 2", 2)).toEqual([2, 2]);
+  expect(parseNumbers("0,5 1,5", 2)).toEqual([0.5, 1.5]);
+  expect(parseNumbers("0,5; 1,5", 2)).toEqual([0.5, 1.5]);
+  expect(parseNumbers("200 -10 5.5", 3)).toEqual([200, -10, 5.5]);
+  expect(parseNumbers("200, -10, 5.5", 3)).toEqual([200, -10, 5.5]);
+  for (const text of ["", "1", "1 2 3", "a b", "1 2mm"]) expect(parseNumbers(text, 2)).toBeNull();
 });

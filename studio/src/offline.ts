@@ -7,24 +7,25 @@ import { until } from "./until";
  * Delay of the offline copy at a first visit, ms: until then the network is left to what the user
  * opens.
  */
-const FIRST = 10_000;
+const FIRST_VISIT_DELAY = 10_000;
 
 /** Resolves after that delay, and not while an arm is being connected. */
-async function quiet(): Promise<void> {
-  await new Promise((done) => setTimeout(done, FIRST));
+async function waitUntilQuiet(): Promise<void> {
+  await new Promise((done) => setTimeout(done, FIRST_VISIT_DELAY));
   await until(() => store.socket.value !== "connecting");
 }
 
 export async function keepOffline(): Promise<void> {
   // Service workers need a secure origin: https, or this computer.
   if (!("serviceWorker" in navigator) || import.meta.env.DEV) return;
-  if (navigator.serviceWorker.controller === null) await quiet();
+  if (navigator.serviceWorker.controller === null) await waitUntilQuiet();
   try {
     const found = await navigator.serviceWorker.register("./sw.js", { scope: "./", updateViaCache: "none" });
     const look = () => {
       const waiting = found.waiting;
       // Without a page of an earlier build there is nothing to update.
-      store.update.value = waiting !== null && navigator.serviceWorker.controller !== null ? () => take(waiting) : null;
+      store.update.value =
+        waiting !== null && navigator.serviceWorker.controller !== null ? () => offerUpdate(waiting) : null;
     };
     look();
     found.addEventListener("updatefound", () => found.installing?.addEventListener("statechange", look));
@@ -34,7 +35,7 @@ export async function keepOffline(): Promise<void> {
   }
 }
 
-function take(waiting: ServiceWorker): void {
+function offerUpdate(waiting: ServiceWorker): void {
   navigator.serviceWorker.addEventListener("controllerchange", () => location.reload(), { once: true });
   waiting.postMessage("take");
 }

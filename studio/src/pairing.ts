@@ -8,14 +8,14 @@ import { ownName } from "./settings";
 export const isPin = (token: string): boolean => /^\d{6}$/.test(token);
 
 /** True if the station is on this computer, where a teacher has a PIN and codes are not needed. */
-const isHere = (api: string): boolean => ["localhost", "127.0.0.1", "[::1]"].includes(new URL(api).hostname);
+const isLocal = (api: string): boolean => ["localhost", "127.0.0.1", "[::1]"].includes(new URL(api).hostname);
 
 /**
  * Token for the typed text: a token is returned as it is, a code is exchanged at the station; null
  * if the station refuses. On this computer six digits are a PIN.
  */
 export async function tokenFor(api: string, typed: string): Promise<string | null> {
-  if (!isPin(typed) || isHere(api)) return typed;
+  if (!isPin(typed) || isLocal(api)) return typed;
   const place = new URL("pair", api.replace(/^ws/, "http"));
   const body = JSON.stringify({ code: typed, name: ownName.value || "studio" });
   try {

@@ -2,7 +2,7 @@
 import { effect, signal } from "@preact/signals";
 import type { Pin } from "./api";
 import type { Params, Result } from "./client";
-import { call, notified, shown } from "./session";
+import { call, notificationListeners, shownArm } from "./session";
 import * as store from "./store";
 
 export type Io = Result<"arm.io">;
@@ -14,13 +14,13 @@ export const io = signal<Io | null>(null);
 export const levels = signal<ReadonlyMap<number, number>>(new Map());
 
 /** Readings per second: each pin takes a request on the arm's line. */
-const RATE = 10;
+const READ_RATE = 10;
 let watchers = 0;
 let subscription: number | null = null;
-let asked = "";
+let watchedPins = "";
 
 /** Kind of control for a pin's function, in the arm's terms; null if unknown. */
-export const watchOf = (function_: number) =>
+export const watchKind = (function_: number) =>
   (io.value?.functions.find(({ value }) => value === function_)?.watch as Pin["kind"] | null | undefined) ?? null;
 
 export function watchPins(): () => void {
@@ -28,52 +28,52 @@ export function watchPins(): () => void {
   const end = effect(() => {
     const arm = store.armName.value;
     if (!store.isUp.value || arm === null) {
-      drop();
+      unsubscribe();
       return;
     }
     void refresh();
   });
   return () => {
     end();
-    if (--watchers === 0) drop();
+    if (--watchers === 0) unsubscribe();
   };
 }
 
-function drop(): void {
+function unsubscribe(): void {
   if (subscription !== null) void call("arm.unsubscribe", { subscription }).catch(() => {});
   subscription = null;
-  asked = "";
+  watchedPins = "";
   io.value = null;
   levels.value = new Map();
 }
 
 /** Reads the functions of the pins, and watches those with readings. */
 export async function refresh(): Promise<void> {
-  const { arm } = shown();
+  const { arm } = shownArm();
   try {
     const seen = await call("arm.io", { arm });
     if (arm !== store.armName.value || watchers === 0) return;
     io.value = seen;
     const pins = seen.pins.flatMap(({ address, function: own }) => {
-      const kind = watchOf(own);
+      const kind = watchKind(own);
       return kind === null ? [] : [{ kind, address }];
     });
     const wanted = `${arm} ${store.session.value} ${JSON.stringify(pins)}`;
-    if (wanted === asked) return;
-    asked = wanted;
+    if (wanted === watchedPins) return;
+    watchedPins = wanted;
     if (subscription !== null) void call("arm.unsubscribe", { subscription }).catch(() => {});
     subscription = null;
     levels.value = new Map();
     if (pins.length === 0) return;
-    const made = await call("arm.subscribe", { arm, rate: RATE, pins } satisfies Params<"arm.subscribe">);
-    if (wanted === asked && watchers > 0) subscription = made.subscription;
+    const made = await call("arm.subscribe", { arm, rate: READ_RATE, pins } satisfies Params<"arm.subscribe">);
+    if (wanted === watchedPins && watchers > 0) subscription = made.subscription;
     else void call("arm.unsubscribe", { subscription: made.subscription }).catch(() => {});
   } catch {
     // After a lost line the watch starts again when it is back.
   }
 }
 
-notified.add((method, params) => {
+notificationListeners.add((method, params) => {
   if (method !== "arm.state" || params.subscription !== subscription) return;
   const { pins } = params.state;
   if (pins) levels.value = new Map(pins.map(({ address, value }) => [address, value]));

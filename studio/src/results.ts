@@ -1,60 +1,62 @@
 // Pictures drawn by virtual arms, stored in the browser for the teacher's view, so that a reload
 // keeps them.
 import { log } from "./log";
-import { has, isListOf, isMap, isText, only } from "./shelf";
 import type { Picture } from "./site";
+import { filterStored, isListOf, isMap, isObjectOf, isText } from "./storage";
 import { toReader } from "./view/flat";
 
-const STORE = "pictures";
+const STORE_NAME = "pictures";
 /** Largest number of pictures, and of characters in all, that are kept. */
-const MOST = 120;
-const SIGNS = 20e6;
+const MAX_PICTURES = 120;
+const MAX_CHARACTERS = 20e6;
 
-const isPicture = has({
+const isPicture = isObjectOf({
   name: isText,
   at: (value) => value instanceof Date && !Number.isNaN(value.getTime()),
   svg: isText,
   strokes: isListOf(isMap),
 });
 
-let opened: Promise<IDBDatabase> | null = null;
+let database: Promise<IDBDatabase> | null = null;
 
-function answered<T>(request: IDBRequest<T>): Promise<T> {
+function promiseOf<T>(request: IDBRequest<T>): Promise<T> {
   return new Promise((done, failed) => {
     request.onsuccess = () => done(request.result);
     request.onerror = () => failed(request.error);
   });
 }
 
-function store(mode: IDBTransactionMode): Promise<IDBObjectStore> {
-  opened ??= new Promise((done, failed) => {
+function openStore(mode: IDBTransactionMode): Promise<IDBObjectStore> {
+  database ??= new Promise((done, failed) => {
     const asked = indexedDB.open("magician.results", 1);
-    asked.onupgradeneeded = () => asked.result.createObjectStore(STORE, { keyPath: "name" });
-    answered(asked).then(done, failed);
+    asked.onupgradeneeded = () => asked.result.createObjectStore(STORE_NAME, { keyPath: "name" });
+    promiseOf(asked).then(done, failed);
   });
-  return opened.then((base) => base.transaction(STORE, mode).objectStore(STORE));
+  return database.then((base) => base.transaction(STORE_NAME, mode).objectStore(STORE_NAME));
 }
 
 /** Newest pictures that fit. */
 export function newest(pictures: readonly Picture[]): Picture[] {
   let signs = 0;
-  return pictures.slice(0, MOST).filter(({ svg }, nth) => (signs += svg.length) <= SIGNS || nth === 0);
+  return pictures.slice(0, MAX_PICTURES).filter(({ svg }, nth) => (signs += svg.length) <= MAX_CHARACTERS || nth === 0);
 }
 
 /** Stored pictures; empty in a browser without storage. */
-export async function kept(): Promise<Picture[]> {
+export async function storedPictures(): Promise<Picture[]> {
   try {
-    const all = (await answered((await store("readonly")).getAll())) as unknown[];
-    return only<Picture>(STORE, all, isPicture).sort((one, other) => other.at.getTime() - one.at.getTime());
+    const all = (await promiseOf((await openStore("readonly")).getAll())) as unknown[];
+    return filterStored<Picture>(STORE_NAME, all, isPicture).sort(
+      (one, other) => other.at.getTime() - one.at.getTime(),
+    );
   } catch {
     return [];
   }
 }
 
 /** Stores a picture, and deletes those with these names. */
-export async function change(put: Picture | null, drop: readonly string[]): Promise<void> {
+export async function updatePictures(put: Picture | null, drop: readonly string[]): Promise<void> {
   try {
-    const base = await store("readwrite");
+    const base = await openStore("readwrite");
     if (put !== null) base.put(put);
     for (const name of drop) base.delete(name);
     await new Promise((done, failed) => {
@@ -70,7 +72,7 @@ export async function change(put: Picture | null, drop: readonly string[]): Prom
 const escaped = (text: string) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 
 /** All pictures as one page for printing. */
-export function page(title: string, pictures: readonly Picture[]): string {
+export function printablePage(title: string, pictures: readonly Picture[]): string {
   const figures = pictures.map(
     ({ name, at, svg }) =>
       `<figure>${toReader(svg)}<figcaption>${escaped(name)}<br>${escaped(at.toLocaleString())}</figcaption></figure>`,

@@ -2,16 +2,16 @@
 // plots.
 import { batch, effect, signal } from "@preact/signals";
 import { levels } from "./pins";
-import { notified } from "./session";
+import { notificationListeners } from "./session";
 import * as store from "./store";
 
 /** Capacity: two minutes at 20 readings a second. */
-const MOST = 2400;
+const CAPACITY = 2400;
 export const POSE = ["x", "y", "z", "r", "j1", "j2", "j3", "j4"] as const;
-const PINS = 20;
+const PIN_COUNT = 20;
 /** Columns of a row: t, the pose, speed of the tip, index, left space, rail, pins by address. */
-const COLUMNS = 1 + POSE.length + 3 + PINS;
-export const at = {
+const COLUMNS = 1 + POSE.length + 3 + PIN_COUNT;
+export const COLUMN = {
   t: 0,
   x: 1,
   y: 2,
@@ -27,7 +27,7 @@ export const at = {
   pin: 11,
 } as const;
 /** Gap between readings above which they are not joined, s. */
-const GAP = 1.5;
+const MAX_GAP = 1.5;
 
 /** Rows in order, with their alarms. */
 export interface Readings {
@@ -36,21 +36,21 @@ export interface Readings {
   alarms(row: number): readonly number[];
 }
 
-let table = new Float64Array(MOST * COLUMNS);
-let codes: Array<readonly number[]> = new Array(MOST);
+let table = new Float64Array(CAPACITY * COLUMNS);
+let codes: Array<readonly number[]> = new Array(CAPACITY);
 let written = 0;
 /** Counter of readings; whatever shows them updates when it changes. */
-export const beat = signal(0);
+export const readingCounter = signal(0);
 
 const ring: Readings = {
   get count() {
-    return Math.min(written, MOST);
+    return Math.min(written, CAPACITY);
   },
   value(row, column) {
-    return table[((written - this.count + row) % MOST) * COLUMNS + column] ?? Number.NaN;
+    return table[((written - this.count + row) % CAPACITY) * COLUMNS + column] ?? Number.NaN;
   },
   alarms(row) {
-    return codes[(written - this.count + row) % MOST] ?? [];
+    return codes[(written - this.count + row) % CAPACITY] ?? [];
   },
 };
 export const readings = (): Readings => ring;
@@ -60,49 +60,49 @@ export function snapshot(): Readings {
   const [kept, alarms, count, first] = [table.slice(), codes.slice(), ring.count, written - ring.count];
   return {
     count,
-    value: (row, column) => kept[((first + row) % MOST) * COLUMNS + column] ?? Number.NaN,
-    alarms: (row) => alarms[(first + row) % MOST] ?? [],
+    value: (row, column) => kept[((first + row) % CAPACITY) * COLUMNS + column] ?? Number.NaN,
+    alarms: (row) => alarms[(first + row) % CAPACITY] ?? [],
   };
 }
 
 function clear(): void {
-  table = new Float64Array(MOST * COLUMNS);
-  codes = new Array(MOST);
+  table = new Float64Array(CAPACITY * COLUMNS);
+  codes = new Array(CAPACITY);
   written = 0;
-  beat.value++;
+  readingCounter.value++;
 }
 
 function write(t: number): void {
   const state = store.state.value;
   if (state === null || state.x === undefined) return;
   const last = written - 1;
-  const before = (column: number) => table[(last % MOST) * COLUMNS + column] ?? 0;
-  const since = written === 0 ? Infinity : t - before(at.t);
+  const before = (column: number) => table[(last % CAPACITY) * COLUMNS + column] ?? 0;
+  const since = written === 0 ? Infinity : t - before(COLUMN.t);
   // A full state repeats an earlier reading.
   if (since <= 0) return;
-  const row = (written % MOST) * COLUMNS;
-  const moved = Math.hypot(state.x - before(at.x), state.y - before(at.y), state.z - before(at.z));
+  const row = (written % CAPACITY) * COLUMNS;
+  const moved = Math.hypot(state.x - before(COLUMN.x), state.y - before(COLUMN.y), state.z - before(COLUMN.z));
   const values = [
     t,
     ...POSE.map((name) => state[name]),
-    since > GAP ? Number.NaN : moved / since,
+    since > MAX_GAP ? Number.NaN : moved / since,
     state.current_index,
     state.left_space,
   ];
   table.set(values, row);
-  for (let pin = 1; pin <= PINS; pin++) table[row + at.pin + pin] = levels.peek().get(pin) ?? Number.NaN;
-  codes[written % MOST] = state.alarms ?? [];
+  for (let pin = 1; pin <= PIN_COUNT; pin++) table[row + COLUMN.pin + pin] = levels.peek().get(pin) ?? Number.NaN;
+  codes[written % CAPACITY] = state.alarms ?? [];
   written++;
-  beat.value++;
+  readingCounter.value++;
 }
 
-let armOf: string | null = null;
+let recordedArm: string | null = null;
 effect(() => {
   const arm = store.armName.value;
-  if (arm !== armOf) batch(clear);
-  armOf = arm;
+  if (arm !== recordedArm) batch(clear);
+  recordedArm = arm;
 });
-notified.add((method, params) => {
+notificationListeners.add((method, params) => {
   if (method !== "arm.state" || params.subscription !== store.subscription.peek()) return;
   write(params.state.t);
 });

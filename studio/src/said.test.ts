@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { names, sentence } from "./i18n";
-import { noteOf, plainNoteOf } from "./run/words";
+import { noteText, plainNoteText } from "./run/words";
 import said from "./said/zh.json";
 import { language } from "./settings";
 
@@ -12,12 +12,12 @@ const outOfReach = {
   ],
 };
 
-test("a sentence of the station is said with its values", () => {
+test("a sentence of the station is filled with its values", () => {
   expect(sentence(outOfReach)).toBe("x 400, y 0, z 0 is out of reach; the nearest place in reach is x 320, y 0, z 0");
   expect(sentence({ template: "nothing to draw" })).toBe("Nothing to draw");
 });
 
-test("options have the names of the page, and words that are sentences are said too", () => {
+test("options have the page's names, and values that are sentences are translated", () => {
   const before = names.option;
   names.option = () => "Scale";
   const values = [
@@ -31,7 +31,7 @@ test("options have the names of the page, and words that are sentences are said 
   names.option = before;
 });
 
-test("another language has its own sentence, and English where it has none", async () => {
+test("a missing translation falls back to English", async () => {
   language.value = "zh";
   await expect.poll(() => sentence({ template: "nothing to draw" })).toBe(said["nothing to draw"]);
   expect(sentence({ template: "nobody says {this}", values: [{ name: "this", text: "so" }] })).toBe("Nobody says so");
@@ -46,10 +46,10 @@ const leftOn = {
   remedies: [{ option: "scale", value: 2, effect: "switches it off" }],
 };
 
-test("a note beside buttons keeps its advice, and leaves to them what they do", () => {
+test("a note beside buttons keeps its advice without the remedies of the buttons", () => {
   const advice = "set the point lower, or let it wait longer";
-  expect(plainNoteOf(leftOn)).toBe(`The suction cup is still on (${advice})`);
-  expect(noteOf(leftOn)).toBe(
+  expect(plainNoteText(leftOn)).toBe(`The suction cup is still on (${advice})`);
+  expect(noteText(leftOn)).toBe(
     `The suction cup is still on (${advice}; “${names.option("scale")}” set to “2”: switches it off)`,
   );
 });

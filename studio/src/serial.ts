@@ -1,120 +1,120 @@
 // Serial line to a real arm: a port of the browser, opened in the worker. A lost port is searched
 // for and reopened.
-import { PORT_BUSY, PORT_GONE } from "./carrier";
+import { PORT_BUSY, PORT_GONE } from "./messages";
 
 /** Undefined in browsers without Web Serial. */
 export const serial: Serial | undefined = navigator.serial;
 
 /** USB adapters used in arms: CP210x, CH340, CH9102, Arduino. */
-const FILTERS = [
+const ADAPTER_FILTERS = [
   { usbVendorId: 0x10c4, usbProductId: 0xea60 },
   { usbVendorId: 0x1a86, usbProductId: 0x7523 },
   { usbVendorId: 0x1a86, usbProductId: 0x55d4 },
   { usbVendorId: 0x2341 },
 ];
 /** Line settings. 8N1 without flow control is the browsers' default. */
-const LINE = { baudRate: 115200, bufferSize: 16384 };
+const LINE_SETTINGS = { baudRate: 115200, bufferSize: 16384 };
 /**
  * Interval at which a lost port is searched for, ms. A browser may miss the `connect` event, so the
  * worker polls as well.
  */
-const LOOK = 500;
+const SEARCH_INTERVAL = 500;
 /**
  * Number of consecutive stream errors without a byte in between that mean a lost port instead of
  * noise. A choice.
  */
-const ERRORS = 100;
+const MAX_STREAM_ERRORS = 100;
 
-const kind = (port: SerialPort) => `${port.getInfo().usbVendorId}:${port.getInfo().usbProductId}`;
+const adapterKind = (port: SerialPort) => `${port.getInfo().usbVendorId}:${port.getInfo().usbProductId}`;
 
 /**
  * Asks the user for a port, in the window. Returns its index among the permitted ports, for the
  * worker; null if the user chose no port.
  */
-export async function choose(): Promise<string | null> {
+export async function choosePort(): Promise<string | null> {
   if (serial === undefined) return null;
   let port: SerialPort;
   try {
-    port = await serial.requestPort({ filters: FILTERS });
+    port = await serial.requestPort({ filters: ADAPTER_FILTERS });
   } catch (error) {
     if ((error as DOMException).name === "NotFoundError") return null;
     throw error;
   }
-  return `${(await serial.getPorts()).indexOf(port)} ${kind(port)}`;
+  return `${(await serial.getPorts()).indexOf(port)} ${adapterKind(port)}`;
 }
 
 /** Chosen port if it is still present. */
 async function portOf(chosen: string): Promise<SerialPort> {
   const [at = "", of] = chosen.split(" ");
   const port = (await serial?.getPorts())?.[Number(at)];
-  if (port === undefined || kind(port) !== of) throw PORT_GONE;
+  if (port === undefined || adapterKind(port) !== of) throw PORT_GONE;
   return port;
 }
 
 /** Receiver of the line's bytes and state. */
-interface Ends {
-  heard(bytes: Uint8Array): void;
-  is(there: boolean): void;
+interface LineReceiver {
+  receive(bytes: Uint8Array): void;
+  setPresent(there: boolean): void;
 }
 
 export class SerialLine {
   private writer: WritableStreamDefaultWriter<Uint8Array> | null = null;
   private reader: ReadableStreamDefaultReader<Uint8Array> | null = null;
-  private ends: Ends | null = null;
+  private receiver: LineReceiver | null = null;
   private timer: ReturnType<typeof setInterval> | undefined;
-  private readonly looks = () => void this.look();
-  private isOver = false;
+  private readonly onPortChange = () => void this.checkPort();
+  private isClosed = false;
   /**
    * Other ports of the same kind while this one was present: after a loss a reappearing port cannot
    * be one of these.
    */
-  private others: SerialPort[] = [];
-  private looking = false;
+  private otherPorts: SerialPort[] = [];
+  private isSearching = false;
 
   private constructor(private port: SerialPort) {}
 
-  /** Opens a port as encoded by `choose`. Throws a code of `closed`. */
+  /** Opens a port as encoded by `choosePort`. Throws a code of `closed`. */
   static async open(chosen: string): Promise<SerialLine> {
     const line = new SerialLine(await portOf(chosen));
-    await line.opens();
+    await line.openPort();
     return line;
   }
 
-  begin(ends: Ends): void {
-    this.ends = ends;
-    serial?.addEventListener("connect", this.looks);
-    serial?.addEventListener("disconnect", this.looks);
+  start(ends: LineReceiver): void {
+    this.receiver = ends;
+    serial?.addEventListener("connect", this.onPortChange);
+    serial?.addEventListener("disconnect", this.onPortChange);
     void this.pump();
   }
 
-  say(bytes: Uint8Array): void {
+  write(bytes: Uint8Array): void {
     // Bytes written to a broken line are lost: the driver does not send them twice.
-    this.writer?.write(bytes).catch(() => this.lost());
+    this.writer?.write(bytes).catch(() => this.onLost());
   }
 
   /** Reopens a lost line at the port that the user has chosen, which may be another one. */
-  async again(chosen: string): Promise<void> {
+  async reopen(chosen: string): Promise<void> {
     const port = await portOf(chosen);
-    if (this.writer !== null || this.looking) return;
-    this.looking = true;
+    if (this.writer !== null || this.isSearching) return;
+    this.isSearching = true;
     try {
       this.port = port;
-      await this.opens();
-      this.found();
+      await this.openPort();
+      this.onFound();
     } finally {
-      this.looking = false;
+      this.isSearching = false;
     }
   }
 
   async close(): Promise<void> {
-    this.isOver = true;
+    this.isClosed = true;
     clearInterval(this.timer);
-    serial?.removeEventListener("connect", this.looks);
-    serial?.removeEventListener("disconnect", this.looks);
-    await this.letGo();
+    serial?.removeEventListener("connect", this.onPortChange);
+    serial?.removeEventListener("disconnect", this.onPortChange);
+    await this.releasePort();
   }
 
-  private async letGo(): Promise<void> {
+  private async releasePort(): Promise<void> {
     const { reader, writer } = this;
     this.reader = this.writer = null;
     try {
@@ -127,9 +127,9 @@ export class SerialLine {
     await this.port.close().catch(() => {});
   }
 
-  private async opens(): Promise<void> {
+  private async openPort(): Promise<void> {
     try {
-      await this.port.open(LINE);
+      await this.port.open(LINE_SETTINGS);
     } catch (error) {
       throw (error as DOMException).name === "NotFoundError" ? PORT_GONE : PORT_BUSY;
     }
@@ -137,7 +137,7 @@ export class SerialLine {
     await this.port.setSignals?.({ dataTerminalReady: true, requestToSend: true }).catch(() => {});
     this.writer = this.port.writable?.getWriter() ?? null;
     const ports = (await serial?.getPorts()) ?? [];
-    this.others = ports.filter((port) => port !== this.port);
+    this.otherPorts = ports.filter((port) => port !== this.port);
   }
 
   /**
@@ -146,7 +146,10 @@ export class SerialLine {
    */
   private async pump(): Promise<void> {
     const { port } = this;
-    for (let errors = 0; !this.isOver && this.writer !== null && port.readable !== null && errors < ERRORS; ) {
+    for (
+      let errors = 0;
+      !this.isClosed && this.writer !== null && port.readable !== null && errors < MAX_STREAM_ERRORS;
+    ) {
       const reader = port.readable.getReader();
       this.reader = reader;
       try {
@@ -154,7 +157,7 @@ export class SerialLine {
           const { value, done } = await reader.read();
           if (done) break;
           errors = 0;
-          this.ends?.heard(value);
+          this.receiver?.receive(value);
         }
         errors++;
       } catch {
@@ -163,45 +166,45 @@ export class SerialLine {
         reader.releaseLock();
       }
     }
-    this.lost();
+    this.onLost();
   }
 
-  private lost(): void {
-    if (this.isOver || this.writer === null) return;
+  private onLost(): void {
+    if (this.isClosed || this.writer === null) return;
     this.writer = null;
-    this.ends?.is(false);
-    void this.letGo();
-    this.timer = setInterval(this.looks, LOOK);
+    this.receiver?.setPresent(false);
+    void this.releasePort();
+    this.timer = setInterval(this.onPortChange, SEARCH_INTERVAL);
   }
 
-  private found(): void {
+  private onFound(): void {
     clearInterval(this.timer);
-    this.ends?.is(true);
+    this.receiver?.setPresent(true);
     void this.pump();
   }
 
   /** Checks if the port is still present or has reappeared. */
-  private async look(): Promise<void> {
-    if (this.isOver || this.looking) return;
-    this.looking = true;
+  private async checkPort(): Promise<void> {
+    if (this.isClosed || this.isSearching) return;
+    this.isSearching = true;
     try {
       const ports = (await serial?.getPorts()) ?? [];
       if (this.writer !== null) {
-        if (this.port.connected === false || !ports.includes(this.port)) this.lost();
+        if (this.port.connected === false || !ports.includes(this.port)) this.onLost();
         return;
       }
-      const there = ports.filter((port) => port.connected !== false && kind(port) === kind(this.port));
-      const mine = there.includes(this.port) ? [this.port] : there.filter((port) => !this.others.includes(port));
+      const there = ports.filter((port) => port.connected !== false && adapterKind(port) === adapterKind(this.port));
+      const mine = there.includes(this.port) ? [this.port] : there.filter((port) => !this.otherPorts.includes(port));
       // With two new ports it is unknown which of them is the arm's.
       const [port, another] = mine;
       if (port === undefined || another !== undefined) return;
       this.port = port;
-      await this.opens();
-      this.found();
+      await this.openPort();
+      this.onFound();
     } catch {
       // Not yet present.
     } finally {
-      this.looking = false;
+      this.isSearching = false;
     }
   }
 }

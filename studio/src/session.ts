@@ -2,54 +2,62 @@
 // store.
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
-import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
-import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError, type Told } from "./client";
+import {
+  Client,
+  CONNECTION_ENDED,
+  type Method,
+  type Params,
+  type Result,
+  RpcError,
+  type StationNotification,
+} from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
+import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, type RpcMessage, SERIAL, SIM, type ToWorker } from "./messages";
 import { isPin } from "./pairing";
-import { choose } from "./serial";
-import { lastArm, ownName, remember, rememberedAs, used } from "./settings";
+import { choosePort } from "./serial";
+import { lastArm, lastBackend, ownName, readMatching, writeValue } from "./settings";
 import * as store from "./store";
 import { until } from "./until";
 
 /** Rate of state notifications, Hz. */
-const RATE = 20;
+const STATE_RATE = 20;
 /** Backoff before a reconnection, ms. The last pause repeats. */
-const PAUSES = [200, 400, 800, 1600, 3200, 5000];
-const STALE = 1000;
+const RECONNECT_DELAYS = [200, 400, 800, 1600, 3200, 5000];
+const STALE_AFTER = 1000;
 /**
  * Silence after which the station is asked for a message, ms. After the same time without an answer
  * the connection counts as dead.
  */
-const SILENT = 1500;
+const SILENCE_TIMEOUT = 1500;
 /**
  * The same limit for a station in the worker, ms, which cannot answer while it checks a program.
  */
-const CHECKING = 60_000;
+const CHECK_SILENCE_TIMEOUT = 60_000;
 /** Further silence after which a worker with a real arm is terminated, ms. */
-const DEAD = 8000;
+const WORKER_TIMEOUT = 8000;
 /**
  * Pause before a full station is tried again, ms. Up to half as much is added at random, so that
  * pages refused together do not return together.
  */
-const FULL_AGAIN = 15_000;
-const RESUME = "resume";
+const FULL_RETRY_DELAY = 15_000;
+const RESUME_KEY = "resume";
 /** A token is kept until the tab is closed, since tablets are shared. */
-const TOKEN = "token";
-const PUPIL = "pupil";
+const TOKEN_KEY = "token";
+const PUPIL_KEY = "pupil";
 /** Patterns of secrets and names. The station closes the socket on other values. */
-const [SECRET, NAME] = [/^[\x21-\x7e]{1,300}$/, /^.{1,40}$/u];
+const [SECRET_PATTERN, NAME_PATTERN] = [/^[\x21-\x7e]{1,300}$/, /^.{1,40}$/u];
 
 let client: Client | null = null;
 let address: { url: string; token: string; pupil: string } | null = null;
 let resume: string | null = null;
 let leaseId: string | null = null;
-let tries = 0;
-let nextTry: ReturnType<typeof setTimeout> | undefined;
-let wordAt = 0;
+let attempts = 0;
+let retryTimer: ReturnType<typeof setTimeout> | undefined;
+let lastMessageAt = 0;
 let probedAt: number | null = null;
 
-export const notified = new Set<(...told: Told) => void>();
+export const notificationListeners = new Set<(...told: StationNotification) => void>();
 
 /** Address of a station's API from what a user types; null if it is not an address. */
 export function apiUrl(text: string): string | null {
@@ -69,17 +77,17 @@ export function connect(url: string, token: string, pupil = ""): void {
   disconnect();
   address = { url, token, pupil };
   keepAccess(token, pupil);
-  resume = rememberedAs("sessionStorage", RESUME, SECRET);
-  remember("sessionStorage", RESUME, null);
+  resume = readMatching("sessionStorage", RESUME_KEY, SECRET_PATTERN);
+  writeValue("sessionStorage", RESUME_KEY, null);
   const isSim = url.startsWith(SIM);
-  used.value = isSim ? "sim" : "none";
+  lastBackend.value = isSim ? "sim" : "none";
   store.backend.value = isSim ? "sim" : url.startsWith(SERIAL) ? "serial" : "station";
   open();
 }
 
 function keepAccess(token: string, pupil: string): void {
-  remember("sessionStorage", TOKEN, token || null);
-  remember("sessionStorage", PUPIL, pupil || null);
+  writeValue("sessionStorage", TOKEN_KEY, token || null);
+  writeValue("sessionStorage", PUPIL_KEY, pupil || null);
 }
 
 /** Forgets the identity of this page, so that the next user of a shared tablet signs in. */
@@ -98,7 +106,7 @@ export function keepTeaching(pin: string | null): void {
 }
 
 /** Connects again: the page takes back a session that another page took over. */
-export function again(): void {
+export function takeBackSession(): void {
   if (address !== null) connect(address.url, address.token, address.pupil);
 }
 
@@ -110,18 +118,18 @@ export async function connectSerial(): Promise<void> {
   store.portFault.value = null;
   let chosen: string | null;
   try {
-    chosen = await choose();
+    chosen = await choosePort();
   } catch (error) {
-    return portFails("denied", String((error as Error).message));
+    return reportPortFault("denied", String((error as Error).message));
   }
   // Choosing no port is not a fault.
   if (chosen === null) return;
   const url = SERIAL + chosen;
-  if (store.backend.value === "serial" && store.socket.value === "up") client?.tell({ kind: "port", url });
+  if (store.backend.value === "serial" && store.socket.value === "up") client?.post({ kind: "port", url });
   else connect(url, "");
 }
 
-function portFails(why: NonNullable<typeof store.portFault.value>, more = ""): void {
+function reportPortFault(why: NonNullable<typeof store.portFault.value>, more = ""): void {
   store.portFault.value = why;
   log(`${t(`serial.${why}`)} ${more}`.trim());
 }
@@ -129,21 +137,21 @@ function portFails(why: NonNullable<typeof store.portFault.value>, more = ""): v
 /** Connects to the virtual arm of the page. */
 export const connectSim = (): void => connect(`${SIM}${store.simSpeed}`, "");
 
-export const keptToken = (): string => rememberedAs("sessionStorage", TOKEN, SECRET) ?? "";
-export const keptPupil = (): string => rememberedAs("sessionStorage", PUPIL, NAME) ?? "";
+export const keptToken = (): string => readMatching("sessionStorage", TOKEN_KEY, SECRET_PATTERN) ?? "";
+export const keptPupil = (): string => readMatching("sessionStorage", PUPIL_KEY, NAME_PATTERN) ?? "";
 
 export function disconnect(): void {
-  clearTimeout(nextTry);
+  clearTimeout(retryTimer);
   client?.close();
   address = null;
-  used.value = "none";
-  tries = 0;
+  lastBackend.value = "none";
+  attempts = 0;
   batch(() => {
     store.backend.value = "none";
     store.socket.value = "closed";
     store.refused.value = null;
     store.portFault.value = null;
-    store.since.value = null;
+    store.lostSince.value = null;
     store.pupil.value = null;
     forget();
     store.arms.value = [];
@@ -159,8 +167,8 @@ function forget(): void {
     store.stale.value = true;
     store.session.value = null;
     store.alarms.value = [];
-    store.asked.value = null;
-    store.asking.value = false;
+    store.controlRequest.value = null;
+    store.isRequestingControl.value = false;
     store.jobState.value = "none";
     store.model.value = null;
     store.fence.value = null;
@@ -169,32 +177,32 @@ function forget(): void {
 
 function open(): void {
   if (address === null) return;
-  clearTimeout(nextTry);
+  clearTimeout(retryTimer);
   // A port stays open under another session; `close` would stop its arm.
   if (store.backend.value === "serial") client?.fail();
   else client?.close();
-  client ??= made();
+  client ??= ensureClient();
   if (store.socket.value !== "lost") store.socket.value = "connecting";
   probedAt = null;
-  wordAt = performance.now();
-  client.tell({ kind: "open", url: address.url });
+  lastMessageAt = performance.now();
+  client.post({ kind: "open", url: address.url });
 }
 
 /** The worker is kept during reconnections, since its script may come from the lost station. */
-function made(): Client {
+function ensureClient(): Client {
   const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
   const client = new Client(worker);
-  client.onOpened = () => void hello(client);
-  client.onNotification = hear;
-  client.onWord = () => {
-    wordAt = performance.now();
+  client.onOpened = () => void openSession(client);
+  client.onNotification = onNotification;
+  client.onMessage = () => {
+    lastMessageAt = performance.now();
     probedAt = null;
   };
-  client.onClosed = lost;
+  client.onClosed = onConnectionLost;
   return client;
 }
 
-async function hello(made: Client): Promise<void> {
+async function openSession(made: Client): Promise<void> {
   const { token, pupil } = address ?? { token: "", pupil: "" };
   const name = ownName.value || t("settings.usualName");
   try {
@@ -207,8 +215,8 @@ async function hello(made: Client): Promise<void> {
     const wasLost = store.socket.value === "lost";
     batch(() => {
       resume = answer.resume;
-      tries = 0;
-      clearTimeout(nextTry);
+      attempts = 0;
+      clearTimeout(retryTimer);
       store.refused.value = null;
       if (pupil || token) store.signInFault.value = null;
       store.session.value = answer.session;
@@ -217,7 +225,7 @@ async function hello(made: Client): Promise<void> {
       store.ownerName.value = pupil || name;
       store.pupil.value = pupil || null;
       store.arms.value = arms;
-      store.since.value = null;
+      store.lostSince.value = null;
       store.socket.value = "up";
       const names = arms.map((arm) => arm.name);
       const shown = store.armName.value ?? lastArm.value;
@@ -230,12 +238,12 @@ async function hello(made: Client): Promise<void> {
         url: isSim ? t("connect.sim") : isSerial ? t("connect.serial") : (address?.url ?? ""),
       }),
     );
-    await watch();
+    await watchArm();
     // In the page's own station no other user could grant control.
-    if (isSim && store.lease.value === "free") await takeControl();
+    if (isSim && store.lease.value === "free") await takeLease();
   } catch (error) {
     // The handler of the closed connection reports why.
-    if (!(error instanceof RpcError) || error.code === LINE_ENDED) return;
+    if (!(error instanceof RpcError) || error.code === CONNECTION_ENDED) return;
     log(error.message);
     const of = pupil ? "pupil" : isPin(token) ? "pin" : null;
     if (of !== null) store.signInFault.value = { of, wait: error.data.wait_s, machines: error.data.machines };
@@ -243,22 +251,22 @@ async function hello(made: Client): Promise<void> {
 }
 
 /** Shows an arm: subscribes to its state and reads its model and last job. */
-async function watch(): Promise<void> {
+async function watchArm(): Promise<void> {
   const arm = store.armName.value;
   if (arm === null || client === null) return;
   const before = store.subscription.value;
   store.subscription.value = null;
   leaseId = null;
   if (before !== null) void client.call("arm.unsubscribe", { subscription: before }).catch(() => {});
-  const made = await client.call("arm.subscribe", { arm, rate: RATE });
+  const made = await client.call("arm.subscribe", { arm, rate: STATE_RATE });
   store.subscription.value = made.subscription;
-  const [{ jobs }] = await Promise.all([client.call("job.list", { arm }), look(arm)]);
+  const [{ jobs }] = await Promise.all([client.call("job.list", { arm }), readArm(arm)]);
   const last = jobs[jobs.length - 1] as Job | undefined;
   store.jobState.value = last?.state ?? "none";
 }
 
 /** Reads what rarely changes: the arm's model and its fence. */
-async function look(arm: string): Promise<void> {
+async function readArm(arm: string): Promise<void> {
   if (client === null) return;
   try {
     const [model, { fence }] = await Promise.all([
@@ -273,11 +281,11 @@ async function look(arm: string): Promise<void> {
   }
 }
 
-export function lookAgain(): void {
-  if (store.armName.value !== null) void look(store.armName.value);
+export function rereadArm(): void {
+  if (store.armName.value !== null) void readArm(store.armName.value);
 }
 
-export function show(arm: string): void {
+export function showArm(arm: string): void {
   if (arm === store.armName.value) return;
   batch(() => {
     store.armName.value = arm;
@@ -288,16 +296,16 @@ export function show(arm: string): void {
     store.model.value = null;
     store.fence.value = null;
   });
-  void watch().catch(() => {});
+  void watchArm().catch(() => {});
 }
 
-function lost(code: number): void {
+function onConnectionLost(code: number): void {
   if (address === null) return;
   if (store.backend.value === "sim") {
     disconnect();
-    return store.say(t("connect.sim.failed"), true);
+    return store.notify(t("connect.sim.failed"), true);
   }
-  if (store.backend.value === "serial") return lostPort(code);
+  if (store.backend.value === "serial") return onPortLost(code);
   client?.close();
   // The worker's script could not be loaded.
   if (code === NO_WORKER) client = null;
@@ -309,45 +317,45 @@ function lost(code: number): void {
   if (refused === "token" && !wasIn && address.token && store.signInFault.value !== null)
     return connect(address.url, "");
   batch(() => {
-    store.asking.value = false;
-    store.asked.value = null;
+    store.isRequestingControl.value = false;
+    store.controlRequest.value = null;
     if (refused !== null) {
       store.refused.value = refused;
       store.socket.value = "closed";
-      store.since.value = wasIn ? new Date() : null;
+      store.lostSince.value = wasIn ? new Date() : null;
       forget();
-      if (refused === "full") nextTry = setTimeout(open, FULL_AGAIN * (1 + Math.random() / 2));
+      if (refused === "full") retryTimer = setTimeout(open, FULL_RETRY_DELAY * (1 + Math.random() / 2));
     } else {
       const wasUp = store.socket.value === "up";
       if (wasUp) {
-        store.since.value = new Date();
+        store.lostSince.value = new Date();
         log(t("log.lost"));
       }
       if (wasUp || store.socket.value === "lost") store.socket.value = "lost";
       else store.refused.value = "unreachable";
-      nextTry = setTimeout(open, PAUSES[Math.min(tries++, PAUSES.length - 1)]);
+      retryTimer = setTimeout(open, RECONNECT_DELAYS[Math.min(attempts++, RECONNECT_DELAYS.length - 1)]);
     }
   });
 }
 
 /** The worker with the arm's driver reports that there is no arm, or has become silent. */
-function lostPort(code: number): void {
+function onPortLost(code: number): void {
   const faults = { [PORT_BUSY]: "busy", [PORT_GONE]: "gone", [PORT_SILENT]: "silent" } as const;
   const why = faults[code as keyof typeof faults];
   // Another port was chosen to replace the lost one and failed. The lost one is still searched for.
-  if (why !== undefined && store.socket.value === "up") return portFails(why);
+  if (why !== undefined && store.socket.value === "up") return reportPortFault(why);
   if (why === undefined && code === 1006 && store.socket.value === "up") {
     // A worker that hangs continues with the same station when it wakes up. Messages to it wait
     // until then.
     client?.fail();
     batch(() => {
       store.subscription.value = null;
-      store.since.value = new Date();
+      store.lostSince.value = new Date();
       store.socket.value = "lost";
     });
     log(t("log.lost"));
-    client?.tell({ kind: "open", url: address?.url ?? "" });
-    nextTry = setTimeout(() => lostPort(NO_WORKER), DEAD);
+    client?.post({ kind: "open", url: address?.url ?? "" });
+    retryTimer = setTimeout(() => onPortLost(NO_WORKER), WORKER_TIMEOUT);
     return;
   }
   if (why === undefined) {
@@ -356,30 +364,30 @@ function lostPort(code: number): void {
     client = null;
   }
   disconnect();
-  portFails(why ?? "died");
-  store.say(t(`serial.${why ?? "died"}`), true);
+  reportPortFault(why ?? "died");
+  store.notify(t(`serial.${why ?? "died"}`), true);
 }
 
-function hear(method: string, params: Record<string, unknown>): void {
+function onNotification(method: string, params: Record<string, unknown>): void {
   const ofShown = params.arm === store.armName.value;
   if (method === "arm.state") {
-    if (params.subscription === store.subscription.value) take(params.state as Partial<State>);
+    if (params.subscription === store.subscription.value) applyState(params.state as Partial<State>);
   } else if (method === "lease.changed") {
     const holder = params.holder as Holder | null;
     store.arms.value = store.arms.value.map((arm) => (arm.name === params.arm ? { ...arm, holder } : arm));
     if (ofShown && holder?.session !== store.session.value) {
       leaseId = null;
-      store.asked.value = null;
+      store.controlRequest.value = null;
     }
     const name = holder === null ? t("lease.nobody") : holder.name;
     log(t("log.holder", { arm: String(params.arm), name }));
   } else if (method === "lease.asked") {
-    if (ofShown) store.asked.value = params as unknown as Holder & { message?: string };
+    if (ofShown) store.controlRequest.value = params as unknown as Holder & { message?: string };
   } else if (method === "job.changed") {
     const job = params.job as Job;
     if (job.arm === store.armName.value) store.jobState.value = job.state;
   } else if (method === "arm.event") {
-    told(params);
+    onEvent(params);
   } else if (method === "session.changed") {
     // A class that begins or ends changes this page's role.
     const own = (params.sessions as { session: string; role: string }[]).find(
@@ -387,12 +395,12 @@ function hear(method: string, params: Record<string, unknown>): void {
     );
     if (own !== undefined) store.role.value = own.role as typeof store.role.value;
   } else if (method === "server.ending") {
-    store.say(t("link.ending"), true);
+    store.notify(t("link.ending"), true);
   }
-  for (const listener of notified) (listener as (method: string, params: unknown) => void)(method, params);
+  for (const listener of notificationListeners) (listener as (method: string, params: unknown) => void)(method, params);
 }
 
-function told(event: Record<string, unknown>): void {
+function onEvent(event: Record<string, unknown>): void {
   const kind = String(event.event);
   if (kind === "lease" || kind === "job" || kind === "command-finished") return;
   const code = event.code;
@@ -402,7 +410,7 @@ function told(event: Record<string, unknown>): void {
   log([kind, ...more.filter((part) => typeof part === "string")].join(" "));
 }
 
-function take(change: Partial<State>): void {
+function applyState(change: Partial<State>): void {
   const before = store.state.value;
   // The state of a resting arm is not rendered again: only the time of the last message has
   // changed.
@@ -414,8 +422,8 @@ function take(change: Partial<State>): void {
   const after = { ...before, ...change } as State;
   batch(() => {
     if (change.link !== undefined && change.link !== before?.link) {
-      store.since.value = change.link === "lost" ? new Date() : null;
-      if (before !== null && change.link === "up") lookAgain();
+      store.lostSince.value = change.link === "lost" ? new Date() : null;
+      if (before !== null && change.link === "up") rereadArm();
     }
     store.state.value = after;
     store.heardAt.value = performance.now();
@@ -428,7 +436,7 @@ function take(change: Partial<State>): void {
   });
   if (change.alarms !== undefined) void nameAlarms(after.arm, after.alarms ?? []);
   if (change.tool !== undefined && before !== null && String(change.tool.bias) !== String(before.tool.bias))
-    lookAgain();
+    rereadArm();
 }
 
 async function nameAlarms(arm: string, codes: number[]): Promise<void> {
@@ -446,17 +454,18 @@ async function nameAlarms(arm: string, codes: number[]): Promise<void> {
 
 export function call<M extends Method>(method: M, params: Params<M>): Promise<Result<M>> {
   // A client that is reconnecting would lose the request.
-  if (client === null || store.socket.value !== "up") return Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
+  if (client === null || store.socket.value !== "up")
+    return Promise.reject(new RpcError(CONNECTION_ENDED, t("why.lost")));
   return client.call(method, params);
 }
 
 /** True if the bytes between driver and arm can be recorded: the driver runs in this page. */
 export const canTrace = (): boolean => store.backend.value === "sim" || store.backend.value === "serial";
 export const trace = (): Promise<Uint8Array<ArrayBuffer>> =>
-  client?.trace() ?? Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
+  client?.trace() ?? Promise.reject(new RpcError(CONNECTION_ENDED, t("why.lost")));
 
 /** URL and headers for file transfer by HTTP; null without a server. */
-export function files(): { url: string; headers: Record<string, string> } | null {
+export function fileEndpoint(): { url: string; headers: Record<string, string> } | null {
   if (address === null || store.backend.value !== "station") return null;
   const { protocol, host } = new URL(address.url);
   const headers: Record<string, string> =
@@ -465,69 +474,69 @@ export function files(): { url: string; headers: Record<string, string> } | null
 }
 
 /** Writes a program to the page's own station, or reads it; null if the station is a server's. */
-export function ownFile(): ((name: string, bytes?: ArrayBuffer) => Promise<ArrayBuffer>) | null {
+export function localFile(): ((name: string, bytes?: ArrayBuffer) => Promise<ArrayBuffer>) | null {
   const own = canTrace() && store.socket.value === "up" ? client : null;
   return own && ((name, bytes) => own.file(name, bytes));
 }
 
 /** Shown arm as a parameter of calls. */
-export const shown = (): { arm: string } => ({ arm: store.armName.value ?? "" });
+export const shownArm = (): { arm: string } => ({ arm: store.armName.value ?? "" });
 
-export const line = {
+export const jogLine = {
   jog: (params: Params<"jog.start">, every: number, most: number) =>
-    client?.jog(params, every, most) ?? Promise.reject(new RpcError(LINE_ENDED, t("why.lost"))),
-  release: () => client?.tell({ kind: "release" }),
-  alive: () => client?.tell({ kind: "alive" }),
+    client?.jog(params, every, most) ?? Promise.reject(new RpcError(CONNECTION_ENDED, t("why.lost"))),
+  release: () => client?.post({ kind: "release" }),
+  alive: () => client?.post({ kind: "alive" }),
 };
 
-export async function takeControl(): Promise<void> {
+export async function takeLease(): Promise<void> {
   const method = store.lease.value === "other" ? "lease.take" : "lease.acquire";
-  leaseId = (await call(method, shown())).lease;
+  leaseId = (await call(method, shownArm())).lease;
 }
 
-export async function giveBack(): Promise<void> {
+export async function releaseLease(): Promise<void> {
   // Acquiring a lease again returns its id to the holder: after a reload or a grant the page does
   // not know it.
-  const lease = leaseId ?? (await call("lease.acquire", shown())).lease;
+  const lease = leaseId ?? (await call("lease.acquire", shownArm())).lease;
   leaseId = null;
   await call("lease.release", { lease });
 }
 
 /** Applies a new name by a reconnection: the station resumes the session with the same secret. */
-export function rename(): void {
+export function applyName(): void {
   if (store.socket.value === "up") open();
 }
 
-/** `rename` that resolves after the session has resumed. */
-export async function renamed(): Promise<void> {
-  rename();
+/** `applyName` that resolves after the session has resumed. */
+export async function applyNameAndWait(): Promise<void> {
+  applyName();
   await until(() => store.socket.value !== "connecting" && store.socket.value !== "lost");
 }
 
 setInterval(() => {
   const now = performance.now();
-  if (now - store.heardAt.value > STALE) store.stale.value = true;
+  if (now - store.heardAt.value > STALE_AFTER) store.stale.value = true;
   // A virtual arm in the worker has no line that could be lost.
   if (store.socket.value !== "up" || client === null || store.backend.value === "sim") return;
-  const limit = store.backend.value === "serial" && client.computes ? CHECKING : SILENT;
+  const limit = store.backend.value === "serial" && client.isComputing ? CHECK_SILENCE_TIMEOUT : SILENCE_TIMEOUT;
   if (probedAt !== null && now - probedAt > limit) {
-    lost(1006);
-  } else if (probedAt === null && now - wordAt > SILENT) {
+    onConnectionLost(1006);
+  } else if (probedAt === null && now - lastMessageAt > SILENCE_TIMEOUT) {
     probedAt = now;
     client.call("server.info", {}).catch(() => {});
   }
 }, 250);
 
 /**
- * Releases the connection while the page is hidden. `wake` resumes the same session if the station
+ * Releases the connection while the page is hidden. `restoreConnection` resumes the same session if the station
  * still has it.
  */
-export function rest(): void {
+export function releaseConnection(): void {
   client?.close();
   store.subscription.value = null;
   store.socket.value = "connecting";
 }
-export const wake = (): void => open();
+export const restoreConnection = (): void => open();
 
 document.addEventListener("visibilitychange", () => {
   // After a sleep the next try may be seconds away.
@@ -542,18 +551,18 @@ document.addEventListener("visibilitychange", () => {
  * Time for the worker's last message when the page closes, ms. Browsers terminate page and worker
  * together, so the page blocks for this long.
  */
-const LAST = 80;
-function last(order: ToWorker): void {
-  client?.tell(order);
-  for (const ends = performance.now() + LAST; performance.now() < ends; );
+const LAST_MESSAGE_TIME = 80;
+function postLast(order: ToWorker): void {
+  client?.post(order);
+  for (const ends = performance.now() + LAST_MESSAGE_TIME; performance.now() < ends; );
 }
 /** Last message of a closing page to its station. */
-export const leaveWith = (message: Wire) => last({ kind: "send", message: { jsonrpc: "2.0", ...message } });
+export const sendOnClose = (message: RpcMessage) => postLast({ kind: "send", message: { jsonrpc: "2.0", ...message } });
 addEventListener("pagehide", () => {
   if (store.backend.value === "serial") {
-    last({ kind: "leave" });
+    postLast({ kind: "leave" });
     // A page restored from the history starts anew.
     disconnect();
   }
-  if (resume !== null) remember("sessionStorage", RESUME, resume);
+  if (resume !== null) writeValue("sessionStorage", RESUME_KEY, resume);
 });

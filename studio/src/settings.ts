@@ -4,7 +4,7 @@ import { effect, type Signal, signal } from "@preact/signals";
 export type Storage = "localStorage" | "sessionStorage";
 
 /** Stored value under a name; null if there is no value or the browser permits no storage. */
-export function remembered(of: Storage, name: string): string | null {
+export function readValue(of: Storage, name: string): string | null {
   try {
     return globalThis[of].getItem(`magician.${name}`);
   } catch {
@@ -12,7 +12,7 @@ export function remembered(of: Storage, name: string): string | null {
   }
 }
 /** Stores a value, or deletes it if it is null, if the browser permits it. */
-export function remember(of: Storage, name: string, value: string | null): void {
+export function writeValue(of: Storage, name: string, value: string | null): void {
   try {
     if (value === null) globalThis[of].removeItem(`magician.${name}`);
     else globalThis[of].setItem(`magician.${name}`, value);
@@ -22,21 +22,21 @@ export function remember(of: Storage, name: string, value: string | null): void 
 }
 
 /** Returns a stored value that matches a pattern. Other values are removed. */
-export function rememberedAs(of: Storage, name: string, shape: RegExp): string | null {
-  const value = remembered(of, name);
+export function readMatching(of: Storage, name: string, shape: RegExp): string | null {
+  const value = readValue(of, name);
   if (value === null || shape.test(value)) return value;
-  remember(of, name, null);
+  writeValue(of, name, null);
   return null;
 }
 
 /** Set with or without a member. */
-export const toggled = <T>(set: ReadonlySet<T>, member: T, is: boolean): ReadonlySet<T> =>
+export const withMember = <T>(set: ReadonlySet<T>, member: T, is: boolean): ReadonlySet<T> =>
   new Set(is ? [...set, member] : [...set].filter((one) => one !== member));
 
-function kept<T extends string>(name: string, usual: T, takes: (value: string) => boolean): Signal<T> {
-  const value = remembered("localStorage", name) ?? usual;
+function storedSetting<T extends string>(name: string, usual: T, takes: (value: string) => boolean): Signal<T> {
+  const value = readValue("localStorage", name) ?? usual;
   const made = signal<T>((takes(value) ? value : usual) as T);
-  effect(() => remember("localStorage", name, made.value === usual ? null : made.value));
+  effect(() => writeValue("localStorage", name, made.value === usual ? null : made.value));
   return made;
 }
 
@@ -44,17 +44,17 @@ export const THEMES = ["system", "light", "dark"] as const;
 export type Theme = (typeof THEMES)[number];
 
 /** Language of the page. A language without a translation falls back to English (`i18n.ts`). */
-export const language = kept("language", navigator.language.slice(0, 2).toLowerCase(), (value) =>
+export const language = storedSetting("language", navigator.language.slice(0, 2).toLowerCase(), (value) =>
   /^[a-z]{2}$/.test(value),
 );
-export const theme = kept<Theme>("theme", "system", (value) => (THEMES as readonly string[]).includes(value));
-export const ownName = kept<string>("name", "", (value) => value.length <= 40);
+export const theme = storedSetting<Theme>("theme", "system", (value) => (THEMES as readonly string[]).includes(value));
+export const ownName = storedSetting<string>("name", "", (value) => value.length <= 40);
 /** Arm that was shown last. */
-export const lastArm = kept<string>("arm", "", () => true);
+export const lastArm = storedSetting<string>("arm", "", () => true);
 /** Connection to restore after a reload. */
-export const used = kept<"none" | "sim">("used", "none", (value) => value === "sim");
+export const lastBackend = storedSetting<"none" | "sim">("used", "none", (value) => value === "sim");
 /** True after the first steps were closed. */
-export const hasTried = kept<"no" | "yes">("tried", "no", (value) => value === "yes");
+export const hasTried = storedSetting<"no" | "yes">("tried", "no", (value) => value === "yes");
 
 effect(() => {
   const root = document.documentElement;

@@ -13,7 +13,7 @@ beforeEach(() => {
   heard(false);
 });
 
-test("a laser that was on when the line ended is unknown, and not off", () => {
+test("a laser that was on when the connection was lost is unknown, not off", () => {
   heard(true);
   expect(store.laser.value).toBe("on");
   store.socket.value = "lost";
@@ -26,38 +26,38 @@ test("a laser that was on when the line ended is unknown, and not off", () => {
   store.armName.value = "a";
   heard(false);
   expect(store.laser.value).toBe("off");
-  expect(store.left.value).toBeNull();
+  expect(store.lastActivity.value).toBeNull();
 });
 
-test("the line between station and arm counts as well", () => {
+test("a lost link between station and arm counts as a lost connection", () => {
   heard(true);
   heard(true, false, "a", "lost");
   expect(store.laser.value).toBe("unknown");
 });
 
-test("a job that burns does so between its lines too, and moves", () => {
+test("a burning job counts as burning and moving between its lines", () => {
   store.jobState.value = "running";
   heard(true, true);
   heard(false, true);
   store.socket.value = "lost";
   expect(store.laser.value).toBe("unknown");
-  expect(store.left.value).toEqual({ arm: "a", laser: true, moves: true });
+  expect(store.lastActivity.value).toEqual({ arm: "a", laser: true, isMoving: true });
 });
 
-test("nothing is left of a job that is over, of another arm and of the page's own", () => {
+test("no activity remains after a job, for another arm, or for the page's own arm", () => {
   store.jobState.value = "running";
   heard(true, true);
   store.jobState.value = "done";
   heard(false);
   store.socket.value = "lost";
-  expect(store.left.value).toBeNull();
+  expect(store.lastActivity.value).toBeNull();
   store.socket.value = "up";
   heard(true);
   store.armName.value = "b";
   store.state.value = null;
-  expect(store.left.value).toBeNull();
+  expect(store.lastActivity.value).toBeNull();
   store.backend.value = "sim";
   heard(true, false, "b");
   store.socket.value = "closed";
-  expect(store.left.value).toBeNull();
+  expect(store.lastActivity.value).toBeNull();
 });

@@ -36,14 +36,14 @@ export const ROUTES: readonly Route[] = [
   "settings",
 ];
 /** Routes for a page that has not signed in to a class: view and sign in. */
-const AT_DOOR: readonly Route[] = ["class", "move", "arms", "settings"];
+const SIGNED_OUT_ROUTES: readonly Route[] = ["class", "move", "arms", "settings"];
 /** Routes for pupils, in the order of a lesson. */
-const OF_PUPILS: readonly Route[] = ["class", "draw", "teach", "run", "move"];
+const PUPIL_ROUTES: readonly Route[] = ["class", "draw", "teach", "run", "move"];
 /**
  * Routes not shown in a pupil's navigation but open by their address, for pupils who may use a
  * laser.
  */
-const HIDDEN_OF_PUPILS: readonly Route[] = ["engrave"];
+const HIDDEN_PUPIL_ROUTES: readonly Route[] = ["engrave"];
 
 /** Kind of station. `none` until one is chosen. */
 export const backend = signal<"none" | "sim" | "station" | "serial">("none");
@@ -58,7 +58,7 @@ export const update = signal<(() => void) | null>(null);
  * wanted.
  */
 export const socket = signal<"closed" | "connecting" | "up" | "lost">("closed");
-export const since = signal<Date | null>(null);
+export const lostSince = signal<Date | null>(null);
 /**
  * Reason for which the page is refused: a token is required, another page took the session over,
  * the station is full.
@@ -88,15 +88,15 @@ export const pupil = signal<string | null>(null);
  */
 export const audience = signal<"all" | "door" | "pupil">("all");
 /** Address after the `#`. */
-export const wanted = signal("");
+export const hash = signal("");
 /** Routes in the order of the navigation. */
 export const routes = computed<readonly Route[]>(() => {
-  if (audience.value !== "all") return audience.value === "door" ? AT_DOOR : OF_PUPILS;
+  if (audience.value !== "all") return audience.value === "door" ? SIGNED_OUT_ROUTES : PUPIL_ROUTES;
   return backend.value === "station" ? ROUTES : ROUTES.filter((one) => one !== "class");
 });
 export const route = computed<Route>(() => {
-  const shown = audience.value === "pupil" ? [...routes.value, ...HIDDEN_OF_PUPILS] : routes.value;
-  return shown.find((one) => one === wanted.value) ?? shown[0] ?? "move";
+  const shown = audience.value === "pupil" ? [...routes.value, ...HIDDEN_PUPIL_ROUTES] : routes.value;
+  return shown.find((one) => one === hash.value) ?? shown[0] ?? "move";
 });
 export const arms = signal<ArmEntry[]>([]);
 export const armName = signal<string | null>(null);
@@ -115,9 +115,9 @@ export const isFrozen = signal(false);
 export const homing = signal<string | null>(null);
 export const jobState = signal<string>("none");
 /** Session that requests control. */
-export const asked = signal<(Holder & { message?: string | null }) | null>(null);
+export const controlRequest = signal<(Holder & { message?: string | null }) | null>(null);
 /** True while a request of this page for control is pending. */
-export const asking = signal(false);
+export const isRequestingControl = signal(false);
 
 export const arm = computed(() => arms.value.find((entry) => entry.name === armName.value) ?? null);
 export const isUp = computed(() => socket.value === "up" && state.value?.link === "up");
@@ -132,47 +132,47 @@ export const lease = computed<"mine" | "other" | "free">(() => {
   return holder.value.session === session.value ? "mine" : "other";
 });
 export const isHomed = computed(() => state.value?.homed ?? null);
-export const holds = computed(() => alarms.value.some((alarm) => alarm.holds_queue));
+export const isQueueHeld = computed(() => alarms.value.some((alarm) => alarm.holds_queue));
 /** States of a job in which it occupies the arm. */
-const BUSY = ["checking", "running", "pausing", "stopping"];
-export const isBusy = computed(() => BUSY.includes(jobState.value));
+const BUSY_STATES = ["checking", "running", "pausing", "stopping"];
+export const isBusy = computed(() => BUSY_STATES.includes(jobState.value));
 
 /** Activity of an arm that continues without the page: laser and motion. */
-interface Doing {
+interface Activity {
   arm: string;
   laser: boolean;
-  moves: boolean;
+  isMoving: boolean;
 }
 const isLit = computed(() => state.value?.tool?.laser === true);
-const doing = signal<Doing | null>(null);
+const activity = signal<Activity | null>(null);
 effect(() => {
   if (!isUp.value || state.value === null) return;
-  const before = doing.peek();
+  const before = activity.peek();
   const arm = state.value.arm;
   // A job has the laser off on its way from line to line.
   const laser = isLit.value || (isBusy.value && before?.laser === true && before.arm === arm);
   const moves = state.value.moving || isBusy.value;
   // The page's own virtual arm ends with its station.
-  if (backend.value === "sim") doing.value = null;
-  else if (before === null || before.arm !== arm || before.laser !== laser || before.moves !== moves)
-    doing.value = { arm, laser, moves };
+  if (backend.value === "sim") activity.value = null;
+  else if (before === null || before.arm !== arm || before.laser !== laser || before.isMoving !== moves)
+    activity.value = { arm, laser, isMoving: moves };
 });
 /** Last known activity of the shown arm while it is unreachable; null while it is heard. */
-export const left = computed<Doing | null>(() => {
-  const last = doing.value;
-  if (isUp.value || last === null || !(last.laser || last.moves)) return null;
+export const lastActivity = computed<Activity | null>(() => {
+  const last = activity.value;
+  if (isUp.value || last === null || !(last.laser || last.isMoving)) return null;
   return armName.value === null || armName.value === last.arm ? last : null;
 });
 /** `unknown`: last known to be on, and the arm is unreachable. */
 export const laser = computed<"on" | "off" | "unknown">(() =>
-  isUp.value ? (isLit.value ? "on" : "off") : left.value?.laser === true ? "unknown" : "off",
+  isUp.value ? (isLit.value ? "on" : "off") : lastActivity.value?.laser === true ? "unknown" : "off",
 );
 
 /**
  * Key of the text that says why an arm cannot be controlled; null if it can. `isThere` is true if
  * the arm is reached.
  */
-export function barred(isThere: boolean) {
+export function whyBarred(isThere: boolean) {
   const isOver = refused.value === "revoked" && pupil.value !== null;
   if (socket.value === "closed") return isOver ? ("closed.class" as const) : ("why.closed" as const);
   if (!isThere) return "why.lost" as const;
@@ -185,26 +185,26 @@ export function barred(isThere: boolean) {
   if (route.value === "class") return "why.there" as const;
   return lease.value === "other" ? ("why.other" as const) : ("why.free" as const);
 }
-const whileBusy = () => {
+const whyBusy = () => {
   if (homing.value !== null && homing.value === armName.value) return "why.homing" as const;
   return isBusy.value ? ("why.busy" as const) : null;
 };
 /** Reason for which nothing can be moved now; null if motion is possible. */
-export const why = computed(() => barred(isUp.value) ?? whileBusy());
+export const why = computed(() => whyBarred(isUp.value) ?? whyBusy());
 
 /** Temporary message, such as a refusal with its reason. */
 export const notice = signal<{ text: string; bad: boolean } | null>(null);
 let noticeEnds: ReturnType<typeof setTimeout> | undefined;
-export function say(text: string, bad = false): void {
+export function notify(text: string, bad = false): void {
   notice.value = { text, bad };
   clearTimeout(noticeEnds);
   noticeEnds = setTimeout(() => (notice.value = null), bad ? 12_000 : 5_000);
 }
 
 // Notices of an unreachable or frozen arm expire once it can be moved.
-const isHeld = computed(() => socket.value !== "up" || isFrozen.value);
+const isBlocked = computed(() => socket.value !== "up" || isFrozen.value);
 effect(() => {
-  if (!isHeld.value && notice.peek()?.bad) notice.value = null;
+  if (!isBlocked.value && notice.peek()?.bad) notice.value = null;
 });
 
 /** Question to be answered with yes or no. */
@@ -226,8 +226,8 @@ export function ask(title: string, text: string, yes: string): Promise<boolean> 
   });
 }
 /** Asks for the user's name, once per tab. Answered with null if no name is given. */
-export const naming = signal<((name: string | null) => void) | null>(null);
+export const namePrompt = signal<((name: string | null) => void) | null>(null);
 export const showsKeys = signal(false);
 /** Content opened beside the panel, on every route. */
-export type Beside = "help" | "tour";
-export const beside = signal<Beside | null>(null);
+export type SidePanel = "help" | "tour";
+export const sidePanel = signal<SidePanel | null>(null);

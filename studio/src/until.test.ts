@@ -2,9 +2,9 @@ import { signal } from "@preact/signals";
 import { expect, test, vi } from "vitest";
 import { until } from "./until";
 
-test("what is so already is not waited for", async () => expect(await until(() => true)).toBe(true));
+test("until resolves at once if the condition already holds", async () => expect(await until(() => true)).toBe(true));
 
-test("it is waited for, and not looked at any more when it has come", async () => {
+test("until resolves when the condition holds and stops evaluating it", async () => {
   const value = signal(0);
   const is = vi.fn(() => value.value === 2);
   const found = until(is);
@@ -16,7 +16,7 @@ test("it is waited for, and not looked at any more when it has come", async () =
   expect(is.mock.calls.length).toBe(looks);
 });
 
-test("what does not come in time is given up", async () => {
+test("until resolves to false after its timeout", async () => {
   vi.useFakeTimers();
   const value = signal(false);
   const found = until(() => value.value, 100);

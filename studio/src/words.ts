@@ -1,5 +1,5 @@
 // Sentences of a panel, loaded with it instead of with the page's frame.
-import { filled } from "./i18n";
+import { interpolate } from "./i18n";
 import { language } from "./settings";
 
 type Values = Record<string, string | number>;
@@ -10,5 +10,5 @@ export function sentencesOf<Word extends string>(texts: {
   zh: Record<NoInfer<Word>, string>;
 }) {
   return (key: Word, values: Values = {}): string =>
-    filled((language.value === "zh" ? texts.zh : texts.en)[key] ?? key, values);
+    interpolate((language.value === "zh" ? texts.zh : texts.en)[key] ?? key, values);
 }

@@ -1,21 +1,22 @@
 // Worker that owns the connection: a WebSocket to a station, or the station itself with a virtual
 // arm or with a real one at a serial port.
-import { type FromWorker, PORT_GONE, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
-import { JogKeeper } from "./keeper";
-import { SerialLine } from "./serial";
-import { WorkerStation } from "./sim";
 
-const tell = (message: FromWorker) => postMessage(message);
+import { JogKeeper } from "./keeper";
+import { type FromWorker, PORT_GONE, type RpcMessage, SERIAL, SIM, type ToWorker } from "./messages";
+import { SerialLine } from "./serial";
+import { WorkerStation } from "./station";
+
+const post = (message: FromWorker) => postMessage(message);
 
 /** Connection. Messages sent after its end are discarded. */
-interface Line {
-  send(message: Wire): void;
+interface StationConnection {
+  send(message: RpcMessage): void;
   /** Transfers a program without a message, for a station in this worker. */
   file?(name: string, bytes?: ArrayBuffer): ArrayBuffer;
   close(): void;
 }
-let line: Line | null = null;
-const keeper = new JogKeeper((message) => line?.send(message));
+let connection: StationConnection | null = null;
+const keeper = new JogKeeper((message) => connection?.send(message));
 /**
  * Station with the virtual arm. It lasts as long as the worker, so that the arm keeps its pose
  * across connections.
@@ -24,21 +25,21 @@ let sim: Promise<WorkerStation> | null = null;
 /** Station at the serial port, until the page leaves it. */
 let real: Promise<WorkerStation> | null = null;
 /** Resolves when the previous station has released its port. */
-let left: Promise<unknown> = Promise.resolve();
+let portReleased: Promise<unknown> = Promise.resolve();
 
 /** Client for a connection, active while that is the page's current one. */
-function hearer(isOn: () => boolean) {
+function clientFor(isOn: () => boolean) {
   return {
-    heard(message: Wire) {
+    onMessage(message: RpcMessage) {
       if (!isOn()) return;
-      keeper.heard(message);
-      tell({ kind: "heard", message });
+      keeper.onMessage(message);
+      post({ kind: "heard", message });
     },
-    closed(code: number) {
+    onClosed(code: number) {
       if (!isOn()) return;
       keeper.release();
-      line = null;
-      tell({ kind: "closed", code });
+      connection = null;
+      post({ kind: "closed", code });
     },
   };
 }
@@ -46,56 +47,56 @@ function hearer(isOn: () => boolean) {
 function open(url: string): void {
   close();
   if (url.startsWith(SIM)) {
-    sim ??= WorkerStation.simulated(MODULE(), Number(url.slice(SIM.length)), (from, ahead) =>
-      tell({ kind: "jumped", from, ahead }),
+    sim ??= WorkerStation.simulated(moduleUrl(), Number(url.slice(SIM.length)), (from, ahead) =>
+      post({ kind: "jumped", from, ahead }),
     );
-    return void openHere(sim, () => (sim = null));
+    return void openStation(sim, () => (sim = null));
   }
   if (url.startsWith(SERIAL)) {
-    real ??= left
+    real ??= portReleased
       .then(() => SerialLine.open(url.slice(SERIAL.length)))
-      .then((line) => WorkerStation.atLine(MODULE(), line));
-    return void openHere(real, () => (real = null));
+      .then((line) => WorkerStation.atLine(moduleUrl(), line));
+    return void openStation(real, () => (real = null));
   }
   let socket: WebSocket;
   try {
     socket = new WebSocket(url, "magician.v1");
   } catch {
-    tell({ kind: "closed", code: 1006 });
+    post({ kind: "closed", code: 1006 });
     return;
   }
-  const mine: Line = {
+  const mine: StationConnection = {
     send: (message) => {
       if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
     },
     close: () => socket.close(),
   };
-  line = mine;
-  const { heard, closed } = hearer(() => line === mine);
-  socket.onopen = () => line === mine && tell({ kind: "opened" });
-  socket.onmessage = (event: MessageEvent<string>) => heard(JSON.parse(event.data) as Wire);
-  socket.onclose = (event) => closed(event.code);
+  connection = mine;
+  const { onMessage, onClosed } = clientFor(() => connection === mine);
+  socket.onopen = () => connection === mine && post({ kind: "opened" });
+  socket.onmessage = (event: MessageEvent<string>) => onMessage(JSON.parse(event.data) as RpcMessage);
+  socket.onclose = (event) => onClosed(event.code);
 }
 
-const MODULE = () => new URL("arm.wasm", location.href);
+const moduleUrl = () => new URL("arm.wasm", location.href);
 
-async function openHere(opening: Promise<WorkerStation>, failed: () => void): Promise<void> {
-  const mine: Line = { send: () => {}, close: () => {} };
-  line = mine;
-  const hears = hearer(() => line === mine);
+async function openStation(opening: Promise<WorkerStation>, failed: () => void): Promise<void> {
+  const mine: StationConnection = { send: () => {}, close: () => {} };
+  connection = mine;
+  const hears = clientFor(() => connection === mine);
   try {
     const station = await opening;
-    if (line !== mine) return;
+    if (connection !== mine) return;
     const session = station.connect(hears);
     mine.send = (message) => station.send(session, message);
     mine.file = (name, bytes) => station.file(name, bytes);
     mine.close = () => station.end(session);
-    tell({ kind: "opened" });
+    post({ kind: "opened" });
   } catch (error) {
     failed();
-    if (typeof error === "number") return hears.closed(error);
+    if (typeof error === "number") return hears.onClosed(error);
     console.error(String(error));
-    hears.closed(1006);
+    hears.onClosed(1006);
   }
 }
 
@@ -105,8 +106,8 @@ function leave(): void {
   const station = real;
   if (station === null) return;
   real = null;
-  line = null;
-  left = station.then((station) => station.leave()).catch(() => {});
+  connection = null;
+  portReleased = station.then((station) => station.leave()).catch(() => {});
 }
 
 async function choosePort(chosen: string): Promise<void> {
@@ -114,13 +115,13 @@ async function choosePort(chosen: string): Promise<void> {
     await (await real)?.choosePort(chosen);
   } catch (code) {
     // The station goes on and still searches for the previous port.
-    tell({ kind: "closed", code: typeof code === "number" ? code : PORT_GONE });
+    post({ kind: "closed", code: typeof code === "number" ? code : PORT_GONE });
   }
 }
 
 async function trace(): Promise<void> {
   const station = await (real ?? sim);
-  if (station !== null) tell({ kind: "traced", file: (await station.trace()) as Uint8Array<ArrayBuffer> });
+  if (station !== null) post({ kind: "traced", file: (await station.trace()) as Uint8Array<ArrayBuffer> });
 }
 
 /**
@@ -129,14 +130,14 @@ async function trace(): Promise<void> {
 async function join(port: MessagePort): Promise<void> {
   const station = await (real ?? sim);
   if (station === null) return port.close();
-  const session = station.connect({ heard: (message) => port.postMessage(message), closed: () => port.close() });
-  port.onmessage = (event: MessageEvent<Wire>) => station.send(session, event.data);
+  const session = station.connect({ onMessage: (message) => port.postMessage(message), onClosed: () => port.close() });
+  port.onmessage = (event: MessageEvent<RpcMessage>) => station.send(session, event.data);
 }
 
 function file(id: number, name: string, bytes?: ArrayBuffer): void {
-  const answer = (message: Wire) => tell({ kind: "heard", message: { id, ...message } });
+  const answer = (message: RpcMessage) => post({ kind: "heard", message: { id, ...message } });
   try {
-    if (line?.file) answer({ result: line.file(name, bytes) });
+    if (connection?.file) answer({ result: connection.file(name, bytes) });
   } catch (error) {
     answer({ error: { code: 0, message: error instanceof Error ? error.message : String(error) } });
   }
@@ -144,8 +145,8 @@ function file(id: number, name: string, bytes?: ArrayBuffer): void {
 
 function close(): void {
   keeper.release();
-  line?.close();
-  line = null;
+  connection?.close();
+  connection = null;
 }
 
 self.onmessage = (event: MessageEvent<ToWorker>) => {
@@ -154,13 +155,13 @@ self.onmessage = (event: MessageEvent<ToWorker>) => {
     case "open":
       return open(order.url);
     case "send":
-      return line?.send(order.message);
+      return connection?.send(order.message);
     case "jog":
       return keeper.start(order.message, order.every, order.most);
     case "release":
       return keeper.release();
     case "alive":
-      return keeper.isAlive();
+      return keeper.noteAlive();
     case "join":
       return void event.ports.map(join);
     case "trace":

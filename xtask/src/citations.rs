@@ -9,16 +9,16 @@ use std::ops::Range;
 
 /// Target of a citation.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum Target {
     /// Erratum to the vendor's document, such as `E07`.
     Erratum(String),
     /// Section of the model, such as `7` or `15a`.
     Section(String),
 }
 
-impl Place {
+impl Target {
     /// Returns the page in `docs` and the anchor.
-    pub(crate) fn target(&self) -> (&'static str, String) {
+    pub(crate) fn page_and_anchor(&self) -> (&'static str, String) {
         match self {
             Self::Erratum(number) => ("ERRATA.md", number.to_lowercase()),
             Self::Section(number) => ("MODEL.md", format!("section-{number}")),
@@ -31,15 +31,15 @@ impl Place {
 pub(crate) struct Citation {
     /// Bytes of the number.
     pub(crate) range: Range<usize>,
-    pub(crate) place: Place,
+    pub(crate) target: Target,
 }
 
 /// Returns the text with every citation as a link, for a page in `docs`.
-pub(crate) fn linked(text: &str) -> String {
+pub(crate) fn with_links(text: &str) -> String {
     let mut page = String::with_capacity(text.len());
     let mut done = 0;
-    for Citation { range, place } in citations(text) {
-        let (file, anchor) = place.target();
+    for Citation { range, target } in citations(text) {
+        let (file, anchor) = target.page_and_anchor();
         page += &text[done..range.start];
         page += &format!("[{}]({file}#{anchor})", &text[range.clone()]);
         done = range.end;
@@ -55,24 +55,24 @@ pub(crate) fn citations(text: &str) -> Vec<Citation> {
     let mut at = 0;
     while let Some(word) = words.get(at) {
         at += 1;
-        let subject: fn(&str) -> Option<Place> = if is_one_of(word, &["model"]) {
-            |number| Some(Place::Section(number.to_owned()))
+        let subject: fn(&str) -> Option<Target> = if is_one_of(word, &["model"]) {
+            |number| Some(Target::Section(number.to_owned()))
         } else if is_one_of(word, &["erratum", "errata"]) {
             |number| {
-                Some(Place::Erratum(format!(
+                Some(Target::Erratum(format!(
                     "E{:02}",
                     number.parse::<u32>().ok()?
                 )))
             }
         } else {
-            errata(word, &mut found);
+            collect_errata(word, &mut found);
             continue;
         };
         let section = words.get(at);
         if section.is_some_and(|word| is_one_of(word, &["section", "sections"])) {
             at += 1;
         }
-        at = list(&words, at, subject, &mut found);
+        at = collect_numbers(&words, at, subject, &mut found);
     }
     found
 }
@@ -85,10 +85,10 @@ struct Word<'a> {
 
 /// Returns the words of a text without the markers of comment lines.
 fn words(text: &str) -> Vec<Word<'_>> {
-    const MARKS: [&str; 7] = ["///", "//!", "//", "#", "*", "--", "|"];
+    const COMMENT_MARKERS: [&str; 7] = ["///", "//!", "//", "#", "*", "--", "|"];
     let base = text.as_ptr().addr();
     let words = text.split_whitespace();
-    let words = words.filter(|word| !MARKS.contains(word));
+    let words = words.filter(|word| !COMMENT_MARKERS.contains(word));
     let place = |word: &str| word.as_ptr().addr() - base;
     words
         .map(|text| Word {
@@ -106,23 +106,23 @@ fn is_one_of(word: &Word<'_>, names: &[&str]) -> bool {
 
 /// Collects the numbers behind their subject: one, or several with commas, `and`, `or`, `to`
 /// between them. Returns the index of the following word.
-fn list(
+fn collect_numbers(
     words: &[Word<'_>],
     mut at: usize,
-    subject: fn(&str) -> Option<Place>,
+    subject: fn(&str) -> Option<Target>,
     found: &mut Vec<Citation>,
 ) -> usize {
     while let Some(word) = words.get(at) {
         let number = word.text.trim_start_matches(['(', '[']);
         let start = word.start + word.text.len() - number.len();
-        let Some(length) = length_of_number(number) else {
+        let Some(length) = section_number_len(number) else {
             break;
         };
         let (number, rest) = number.split_at(length);
-        let Some(place) = subject(number) else { break };
+        let Some(target) = subject(number) else { break };
         found.push(Citation {
             range: start..start + length,
-            place,
+            target,
         });
         at += 1;
         // In a link the target follows the number.
@@ -142,7 +142,7 @@ fn list(
 
 /// Returns the length of a section number at the start of a word: one or two digits and optionally
 /// a letter, without decimals or a unit behind them. `None` for any other word.
-fn length_of_number(word: &str) -> Option<usize> {
+fn section_number_len(word: &str) -> Option<usize> {
     let digits = word.bytes().take_while(u8::is_ascii_digit).count();
     let letter = word[digits..]
         .bytes()
@@ -155,23 +155,23 @@ fn length_of_number(word: &str) -> Option<usize> {
 }
 
 /// Collects errata in the form `E07`.
-fn errata(word: &Word<'_>, found: &mut Vec<Citation>) {
+fn collect_errata(word: &Word<'_>, found: &mut Vec<Citation>) {
     // Fast path: most words contain no `E`.
     if !word.text.as_bytes().contains(&b'E') {
         return;
     }
-    for (number, range) in numbered(word.text, &['E']) {
+    for (number, range) in find_numbered(word.text, &['E']) {
         if range.len() == 3 {
             found.push(Citation {
                 range: word.start + range.start..word.start + range.end,
-                place: Place::Erratum(number.to_owned()),
+                target: Target::Erratum(number.to_owned()),
             });
         }
     }
 }
 
 /// Finds these letters followed by a number of one or two digits, standing alone.
-pub(crate) fn numbered<'a>(text: &'a str, letters: &[char]) -> Vec<(&'a str, Range<usize>)> {
+pub(crate) fn find_numbered<'a>(text: &'a str, letters: &[char]) -> Vec<(&'a str, Range<usize>)> {
     let alone = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || "_.-+%$\\".contains(c));
     let found = text.match_indices(letters).filter_map(|(at, letter)| {
         let from = at + letter.len();

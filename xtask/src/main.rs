@@ -17,12 +17,12 @@ mod protocol;
 mod python;
 mod recorded_jog;
 #[cfg(test)]
-mod said;
-#[cfg(test)]
 mod sentences;
 mod soak;
 mod station;
 mod studio;
+#[cfg(test)]
+mod translations;
 mod voice;
 mod workshop;
 

@@ -12,7 +12,7 @@ const PYTHON: &str = "crates/magician-py/python/magician/programs.py";
 const BEGIN: &str = "# `cargo xtask python` writes this class from the table of options.\n";
 const END: &str = "# So far it is written.\n";
 /// Options that a plan in Python has in another form: `Plan.on_grid`, `arm.speed` and `arm.run`.
-const NOT_OF_A_PLAN: [&str; 4] = ["grid", "speed_ratio", "stay", "park"];
+const OPTIONS_OUTSIDE_OF_PLANS: [&str; 4] = ["grid", "speed_ratio", "stay", "park"];
 
 /// Writes the keywords into the Python package.
 pub(crate) fn write_python(root: &Path) -> Result<(), Box<dyn Error>> {
@@ -38,15 +38,15 @@ fn keywords() -> String {
         left out take the value of the file, or their default. Lengths are mm, angles degrees, speeds mm/s.\"\"\"\n\n"
         .to_owned();
     let rows = SetupOptions::OPTIONS.iter();
-    for row in rows.filter(|row| !NOT_OF_A_PLAN.contains(&row.name)) {
+    for row in rows.filter(|row| !OPTIONS_OUTSIDE_OF_PLANS.contains(&row.name)) {
         let _ = writeln!(text, "    {}: {}", row.name, python_type(row));
-        let sentences = [first(row), sentence(row.detail)].join(" ");
+        let sentences = [option_sentence(row), sentence(row.detail)].join(" ");
         text += &docstring(sentences.trim());
     }
     let switches = SetupOptions::OPTIONS
         .iter()
         .filter(|row| row.kind == OptionKind::Switch);
-    let names = switches.filter(|row| !NOT_OF_A_PLAN.contains(&row.name));
+    let names = switches.filter(|row| !OPTIONS_OUTSIDE_OF_PLANS.contains(&row.name));
     text += "\n\n_SWITCHES = (\n";
     for row in names {
         let _ = writeln!(text, "    \"{}\",", row.name);
@@ -114,13 +114,13 @@ fn python_type(row: &OptionSpec) -> String {
 }
 
 /// Returns the sentence of an option with its range and its default.
-fn first(row: &OptionSpec) -> String {
+fn option_sentence(row: &OptionSpec) -> String {
     let mut text = row.about.to_owned();
-    let takes = takes(row);
+    let takes = range_text(row);
     if !takes.is_empty() {
         let _ = write!(text, ": {takes}");
     }
-    let default = default(row);
+    let default = default_text(row);
     if !default.is_empty() {
         let _ = write!(text, "; default: {default}");
     }
@@ -135,7 +135,7 @@ fn sentence(text: &str) -> String {
 }
 
 /// Returns the range of an option; empty if its type shows it.
-fn takes(row: &OptionSpec) -> String {
+fn range_text(row: &OptionSpec) -> String {
     match row.kind {
         OptionKind::Switch | OptionKind::List | OptionKind::Pens => String::new(),
         // The type lists the words.
@@ -147,7 +147,7 @@ fn takes(row: &OptionSpec) -> String {
 }
 
 /// Returns the default of an option as text.
-fn default(row: &OptionSpec) -> String {
+fn default_text(row: &OptionSpec) -> String {
     match row.default {
         _ if !row.usually.is_empty() => row.usually.to_owned(),
         Some(DefaultValue::Number(number)) => number.to_string(),
@@ -164,7 +164,7 @@ pub(crate) fn table() -> String {
     for row in SetupOptions::OPTIONS {
         let needs = row.needs.map(|need| need.to_string()).unwrap_or_default();
         let purpose = [sentence(row.about), sentence(row.detail)].join(" ");
-        let (name, value, default) = (row.name, row.accepted(), default(row));
+        let (name, value, default) = (row.name, row.accepted(), default_text(row));
         let _ = writeln!(
             text,
             "| `{name}` | {value} | {default} | {needs} | {} |",
@@ -179,7 +179,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keywords_of_python_are_what_the_table_says() {
+    fn python_keywords_agree_with_the_table() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let text = fs::read_to_string(root.join(PYTHON)).expect("the sources");
         let written = with_keywords(&text).expect("a place");

@@ -10,7 +10,7 @@ use magician_protocol::commands::TABLE;
 use magician_protocol::{Bounds, Field, FieldType, LayoutInfo, Range, Scalar};
 use serde_json::{Map, Value, json};
 
-use crate::python::described;
+use crate::python::field_description;
 
 /// Schema file, written by hand except for the commands.
 const FILE: &str = "crates/magician-formats/plan.schema.json";
@@ -96,7 +96,7 @@ fn property(field: &Field) -> Value {
         schema.insert(keyword.to_owned(), most.into());
     }
     if let Some(schema) = schema.as_object_mut() {
-        schema.insert("description".to_owned(), described(field).into());
+        schema.insert("description".to_owned(), field_description(field).into());
     }
     schema
 }
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_are_the_tables() {
+    fn bounds_agree_with_the_table() {
         let of = |field: &str| {
             schema()
                 .pointer(&format!("/$defs/commands/{field}"))

@@ -8,7 +8,7 @@ use std::path::Path;
 use magician_protocol::commands::TABLE;
 use magician_protocol::{Chapter, Field, FieldType, LayoutInfo, Row, Source};
 
-use crate::citations::linked;
+use crate::citations::with_links;
 
 const INTRODUCTION: &str = "\
 # The protocol
@@ -55,7 +55,7 @@ fn page() -> String {
 }
 
 fn command(page: &mut String, row: &Row) {
-    let facts = linked(&facts(row).join("; "));
+    let facts = with_links(&facts(row).join("; "));
     let _ = writeln!(
         page,
         "\n### {} (id {})\n\n{}\n\n{facts}.",
@@ -135,11 +135,11 @@ fn layout(page: &mut String, title: &str, info: &LayoutInfo) {
             page,
             "| {} | {ty} | {unit} | {} |",
             field.name,
-            linked(&about(field))
+            with_links(&about(field))
         );
     }
     for form in info.forms {
-        let note = linked(form.note);
+        let note = with_links(form.note);
         let _ = writeln!(page, "\nAlso accepted in {} bytes: {note}", form.len);
     }
 }
@@ -225,7 +225,7 @@ mod tests {
 
     /// A citation without a link has no bracket behind it.
     #[test]
-    fn every_citation_leads_on() {
+    fn every_citation_is_a_link() {
         let page = page();
         let citations = crate::citations::citations(&page);
         assert!(citations.len() > 30, "{} citations", citations.len());
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn every_command_is_on_it() {
+    fn every_command_is_on_the_page() {
         let page = page();
         for row in TABLE {
             let heading = format!("### {} (id {})\n", row.name, row.id);

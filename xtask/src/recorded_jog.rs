@@ -27,10 +27,10 @@ const WIDTH: f64 = 760.0;
 const LEFT: f64 = 50.0;
 const TOP: f64 = 46.0;
 /// Height of one axis in the picture, and the range in mm that it shows.
-const ROW: f64 = 150.0;
+const ROW_HEIGHT: f64 = 150.0;
 
 /// Time in ms, and x, y, z.
-type Place = (u64, [f64; 3]);
+type Sample = (u64, [f64; 3]);
 
 fn rows(text: &str) -> impl Iterator<Item = Vec<&str>> {
     let lines = text.lines().filter(|line| !line.starts_with('#'));
@@ -42,7 +42,7 @@ fn number(text: &str) -> f64 {
 }
 
 /// Returns the recorded poses with their times in ms.
-fn recorded() -> Vec<Place> {
+fn recorded() -> Vec<Sample> {
     let poses = rows(RECORDING).filter_map(|row| match row[..] {
         [at, x, y, z] => Some((number(at) as u64, [x, y, z].map(number))),
         _ => None,
@@ -51,7 +51,7 @@ fn recorded() -> Vec<Place> {
 }
 
 /// Returns the poses of a virtual arm, every 5 ms.
-fn simulated(mut profile: Profile, [x, y, z]: [f64; 3]) -> Result<Vec<Place>, Box<dyn Error>> {
+fn simulated(mut profile: Profile, [x, y, z]: [f64; 3]) -> Result<Vec<Sample>, Box<dyn Error>> {
     profile.power_up.tool = ToolBias::SUCTION;
     let geometry = Geometry::magician(profile.power_up.tool);
     profile.power_up.joints = geometry.inverse(&Pose::new(x, y, z, 0.0))?.to_array();
@@ -87,7 +87,7 @@ fn simulated(mut profile: Profile, [x, y, z]: [f64; 3]) -> Result<Vec<Place>, Bo
     Ok(poses)
 }
 
-fn worst(recorded: &[Place], simulated: &[Place]) -> f64 {
+fn max_deviation(recorded: &[Sample], simulated: &[Sample]) -> f64 {
     let nearest = |at: u64| simulated.iter().min_by_key(|(other, _)| other.abs_diff(at));
     let seen = recorded
         .iter()
@@ -102,7 +102,7 @@ fn draw() -> Result<String, Box<dyn Error>> {
     let (_, first) = recorded.first().ok_or("no recording")?;
     let law = simulated(Profile::default(), *first)?;
     let before = simulated(Profile::continuous(), *first)?;
-    let height = TOP + 3.0 * ROW + 40.0;
+    let height = TOP + 3.0 * ROW_HEIGHT + 40.0;
     let mut svg = Svg::page(
         [WIDTH, height],
         "",
@@ -116,8 +116,8 @@ fn draw() -> Result<String, Box<dyn Error>> {
     };
     let title = format!(
         "A real arm, jogged in space (dots). Periods of 20 ms: at most {:.2} mm off. Continuous, axes after a stop: {:.1} mm off.",
-        worst(&recorded, &law),
-        worst(&recorded, &before),
+        max_deviation(&recorded, &law),
+        max_deviation(&recorded, &before),
     );
     svg.text(
         [LEFT, 24.0],
@@ -135,8 +135,9 @@ fn draw() -> Result<String, Box<dyn Error>> {
         let (low, high) = all.fold((f64::MAX, f64::MIN), |(low, high), at| {
             (low.min(at), high.max(at))
         });
-        let top = TOP + ROW * nth as f64;
-        let place = |value: f64| top + 10.0 + (high - value) / (high - low).max(1.0) * (ROW - 26.0);
+        let top = TOP + ROW_HEIGHT * nth as f64;
+        let place =
+            |value: f64| top + 10.0 + (high - value) / (high - low).max(1.0) * (ROW_HEIGHT - 26.0);
         for (value, end) in [(high, 4.0), (low, 4.0)] {
             svg.text(
                 [LEFT - 6.0, place(value) + end],
@@ -145,7 +146,7 @@ fn draw() -> Result<String, Box<dyn Error>> {
             );
         }
         svg.text(
-            [12.0, top + ROW / 2.0],
+            [12.0, top + ROW_HEIGHT / 2.0],
             format!("{name}, mm"),
             &style(12.0, palette::INK, Anchor::Start),
         );
@@ -194,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_picture_is_current_and_the_law_is_near_the_dots() {
+    fn picture_is_current_and_the_law_fits_the_recording() {
         let picture =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/pictures/jog-recording.svg");
         let written = fs::read_to_string(picture).expect("docs/pictures/jog-recording.svg");
@@ -206,6 +207,6 @@ mod tests {
         let (_, first) = recorded[0];
         let law = simulated(Profile::default(), first).expect("an arm");
         let before = simulated(Profile::continuous(), first).expect("an arm");
-        assert!(worst(&recorded, &law) < 0.05 && worst(&recorded, &before) > 1.0);
+        assert!(max_deviation(&recorded, &law) < 0.05 && max_deviation(&recorded, &before) > 1.0);
     }
 }

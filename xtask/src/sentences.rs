@@ -27,7 +27,7 @@ const CRATES: [&str; 13] = [
 /// Beginnings of command lines for the system's shell, which are allowed: of `Act::System`, with
 /// flags of other programs, and of `Act::UseStation`, which is the same in the JSON of every front
 /// end.
-const OF_THE_SYSTEM: [&str; 3] = ["sudo ", "printf ", "magician --station {url} VERB"];
+const SHELL_COMMANDS: [&str; 3] = ["sudo ", "printf ", "magician --station {url} VERB"];
 
 /// Attributes whose texts no user sees.
 const FOR_PROGRAMMERS: [&str; 7] = [
@@ -61,13 +61,13 @@ impl Strings {
         while let Some(token) = tokens.next() {
             match token {
                 TokenTree::Punct(sign) if sign.as_char() == '#' => {
-                    tokens.next_if(|next| is_sign(next, '!'));
+                    tokens.next_if(|next| is_punct(next, '!'));
                     let attribute = tokens.next_if(|next| is_group(next, Delimiter::Bracket));
                     let Some(TokenTree::Group(attribute)) = attribute else {
                         continue;
                     };
                     let text = attribute.stream().to_string();
-                    let name: String = text.chars().take_while(|c| is_of_word(*c)).collect();
+                    let name: String = text.chars().take_while(|c| is_word_char(*c)).collect();
                     if text.replace(' ', "") == "cfg(test)" {
                         self.skip_item(&mut tokens);
                     } else if !FOR_PROGRAMMERS.contains(&name.as_str()) {
@@ -89,7 +89,7 @@ impl Strings {
     fn skip_item(&mut self, tokens: &mut impl Iterator<Item = TokenTree>) {
         let mut last = String::new();
         for token in tokens {
-            if is_sign(&token, ';') {
+            if is_punct(&token, ';') {
                 self.tests.push(last);
                 return;
             }
@@ -101,7 +101,7 @@ impl Strings {
     }
 }
 
-pub(crate) fn is_sign(token: &TokenTree, wanted: char) -> bool {
+pub(crate) fn is_punct(token: &TokenTree, wanted: char) -> bool {
     matches!(token, TokenTree::Punct(sign) if sign.as_char() == wanted)
 }
 
@@ -109,22 +109,22 @@ pub(crate) fn is_group(token: &TokenTree, wanted: Delimiter) -> bool {
     matches!(token, TokenTree::Group(group) if group.delimiter() == wanted)
 }
 
-fn is_of_word(c: char) -> bool {
+fn is_word_char(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'
 }
 
 /// True if a string is worded for one front end.
-fn is_of_a_door(text: &str) -> bool {
+fn is_front_end_text(text: &str) -> bool {
     let follows = |mark: &str| {
         text.match_indices(mark).any(|(at, _)| {
             let before = text[..at].chars().next_back();
             let after = text[at + mark.len()..].chars().next();
-            !before.is_some_and(|c| is_of_word(c) || "-/".contains(c))
+            !before.is_some_and(|c| is_word_char(c) || "-/".contains(c))
                 && after.is_some_and(|c| c.is_ascii_lowercase())
         })
     };
     let words = text.trim_start_matches(['r', '#', '"']);
-    let for_system = OF_THE_SYSTEM.iter().any(|first| words.starts_with(first));
+    let for_system = SHELL_COMMANDS.iter().any(|first| words.starts_with(first));
     text.contains('`') || !for_system && (follows("--") || follows("magician "))
 }
 
@@ -144,7 +144,7 @@ fn sources(directory: &Path, found: &mut Vec<PathBuf>) {
 }
 
 /// Returns the folder of a file's submodules.
-fn home(path: &Path) -> PathBuf {
+fn module_folder(path: &Path) -> PathBuf {
     match path.file_name().and_then(|name| name.to_str()) {
         Some("mod.rs" | "lib.rs") => path.with_file_name(""),
         _ => path.with_extension(""),
@@ -167,7 +167,9 @@ pub(crate) fn production_sources(name: &str) -> Vec<(String, String)> {
     let tests: Vec<PathBuf> = (read.iter())
         .flat_map(|(path, source)| {
             let tests = Strings::of(source).tests.into_iter();
-            tests.map(|name| home(path).join(name)).collect::<Vec<_>>()
+            tests
+                .map(|name| module_folder(path).join(name))
+                .collect::<Vec<_>>()
         })
         .collect();
     let for_tests =
@@ -181,25 +183,26 @@ pub(crate) fn production_sources(name: &str) -> Vec<(String, String)> {
 }
 
 /// Returns the texts of a crate that are worded for one front end, as `file:line: text`.
-fn said_by(name: &str) -> Vec<String> {
+fn front_end_texts(name: &str) -> Vec<String> {
     { production_sources(name).into_iter() }
         .flat_map(|(place, source)| {
-            let said = Strings::of(&source).found.into_iter();
-            let said = said.filter(|(_, text)| is_of_a_door(text));
-            said.map(|(line, text)| format!("{place}:{line}: {text}"))
+            let texts = Strings::of(&source).found.into_iter();
+            let texts = texts.filter(|(_, text)| is_front_end_text(text));
+            texts
+                .map(|(line, text)| format!("{place}:{line}: {text}"))
                 .collect::<Vec<_>>()
         })
         .collect()
 }
 
 #[test]
-fn no_sentence_below_the_doors_is_of_one_of_them() {
-    let said: Vec<String> = CRATES.into_iter().flat_map(said_by).collect();
-    assert!(said.is_empty(), "{}", said.join("\n"));
+fn no_text_below_the_front_ends_is_worded_for_one_of_them() {
+    let texts: Vec<String> = CRATES.into_iter().flat_map(front_end_texts).collect();
+    assert!(texts.is_empty(), "{}", texts.join("\n"));
 }
 
 #[test]
-fn words_of_a_door_are_found_where_people_read_them() {
+fn front_end_texts_are_found_where_users_read_them() {
     let source = r##"
         //! With `code`.
         /// `--flag` in a comment, in a `macro` too.
@@ -221,9 +224,9 @@ fn words_of_a_door_are_found_where_people_read_them() {
             A = "`a`", }
     "##;
     let Strings { found, tests } = Strings::of(source);
-    let said = found.iter().filter(|(_, text)| is_of_a_door(text));
-    let said: Vec<(usize, &str)> = said.map(|(line, text)| (*line, text.as_str())).collect();
-    let texts = [
+    let texts = found.iter().filter(|(_, text)| is_front_end_text(text));
+    let texts: Vec<(usize, &str)> = texts.map(|(line, text)| (*line, text.as_str())).collect();
+    let expected = [
         (5, "\"`{name}` is no name\""),
         (11, "\"'`\""),
         (11, "\"{x} \\\n                pass --s-max\""),
@@ -232,6 +235,6 @@ fn words_of_a_door_are_found_where_people_read_them() {
         (12, "\"(--raw)\""),
         (19, "\"`a`\""),
     ];
-    assert_eq!(said, texts);
+    assert_eq!(texts, expected);
     assert_eq!(tests, ["more"]);
 }

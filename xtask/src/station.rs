@@ -88,8 +88,8 @@ fn section(method: &Method) -> String {
         let (name, about) = (param.name, param.about);
         let must = if param.required { ", required" } else { "" };
         let kind = match param.kind {
-            Kind::Object(name) => format!("an object: {}", linked(name)),
-            Kind::Objects(name) => format!("an array of objects: {}", linked(name)),
+            Kind::Object(name) => format!("an object: {}", type_link(name)),
+            Kind::Objects(name) => format!("an array of objects: {}", type_link(name)),
             kind => kind.describe(),
         };
         let _ = writeln!(text, "* `{name}` ({kind}{must}): {about}");
@@ -97,13 +97,13 @@ fn section(method: &Method) -> String {
     let gap = if method.params.is_empty() { "" } else { "\n" };
     let _ = writeln!(text, "{gap}Answers: {}", method.result);
     if let Some(example) = Example::of(name) {
-        text += &shown(name, &example);
+        text += &example_text(name, &example);
     }
     text
 }
 
 /// Returns the name of a type as a link to its description.
-fn linked(name: &str) -> String {
+fn type_link(name: &str) -> String {
     match name {
         "Setup" => "[Setup](#options-of-a-program)".to_owned(),
         "Plan" => "as in plan files".to_owned(),
@@ -113,7 +113,7 @@ fn linked(name: &str) -> String {
 }
 
 /// Returns an example as messages, without the members that all messages have.
-fn shown(method: &str, example: &Example) -> String {
+fn example_text(method: &str, example: &Example) -> String {
     let request = json!({"method": method, "params": example.params});
     let mut text = format!("\n```text\n--> {request}\n");
     if let Some(result) = &example.result {
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_page_is_what_the_tables_say() {
+    fn page_agrees_with_the_tables() {
         let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
         let written = fs::read_to_string(docs.join("reference/STATION-API.md")).unwrap_or_default();
         assert!(written == page(), "cargo xtask station writes it anew");

@@ -67,22 +67,22 @@ const SYMPTOMS: [Symptom; 6] = [
 /// First words of a doc comment that make its summary a clause or leave its noun out.
 const CLAUSE: &str = r"^(What|Whatever|Whoever|Whether|Where|Who|How|So|Those|That|These|One|It|Its|As|All that|Nothing|Nobody|Everybody|Somebody|Of|Than|There)\b";
 /// Largest share of doc comments that begin so, percent.
-const MOST_CLAUSES: f64 = 6.0;
+const MAX_CLAUSES: f64 = 6.0;
 
-/// Crates of which at least [`FEWEST_REASONS`] in 100 lines of code outside of tests are comments.
-const REASONED: [&str; 4] = [
+/// Crates of which at least [`MIN_COMMENTS`] in 100 lines of code outside of tests are comments.
+const COMMENTED_CRATES: [&str; 4] = [
     "crates/magician",
     "crates/magician-host",
     "crates/magician-sim",
     "crates/magician-station",
 ];
-const FEWEST_REASONS: f64 = 3.0;
+const MIN_COMMENTS: f64 = 3.0;
 
 /// A smaller area than this is not judged by rates: one hit would be above the limit.
-const FEW_LINES: usize = 300;
+const MIN_LINES: usize = 300;
 
 /// Folders of other people's code, and of what is generated.
-const FOREIGN: [&str; 2] = ["/corpus/", "/include/"];
+const EXCLUDED_FOLDERS: [&str; 2] = ["/corpus/", "/include/"];
 
 static PATTERNS: LazyLock<Vec<Regex>> = LazyLock::new(|| {
     let patterns = SYMPTOMS.iter().map(|symptom| symptom.pattern);
@@ -101,7 +101,7 @@ struct Counts {
     clauses: usize,
     /// Lines of code outside of tests, and of comments among them.
     code: usize,
-    reasons: usize,
+    comments_in_code: usize,
     /// The lines that were counted: `file:line: symptom: text`.
     found: Vec<String>,
 }
@@ -180,7 +180,7 @@ impl Counts {
                 let is_comment = line.starts_with("//");
                 let is_doc = line.starts_with("///") || line.starts_with("//!");
                 self.code += usize::from(!line.is_empty() && !is_comment);
-                self.reasons += usize::from(is_comment && !is_doc);
+                self.comments_in_code += usize::from(is_comment && !is_doc);
             }
         }
     }
@@ -199,34 +199,35 @@ impl Counts {
         100.0 * self.clauses as f64 / self.docs.max(1) as f64
     }
 
-    fn reasons(&self) -> f64 {
-        100.0 * self.reasons as f64 / self.code.max(1) as f64
+    fn comments_in_code(&self) -> f64 {
+        100.0 * self.comments_in_code as f64 / self.code.max(1) as f64
     }
 
     /// Names of the limits that are broken.
-    fn broken(&self, area: &str) -> Vec<String> {
-        let mut broken = Vec::new();
-        if self.lines >= FEW_LINES {
+    fn exceeded_limits(&self, area: &str) -> Vec<String> {
+        let mut exceeded_limits = Vec::new();
+        if self.lines >= MIN_LINES {
             for (at, symptom) in SYMPTOMS.iter().enumerate() {
                 let (rate, limit) = (self.rate(at), symptom.limit);
                 if rate > limit {
-                    broken.push(format!("{area}: {} {rate:.1}, limit {limit}", symptom.name));
+                    exceeded_limits
+                        .push(format!("{area}: {} {rate:.1}, limit {limit}", symptom.name));
                 }
             }
-            if self.clauses() > MOST_CLAUSES {
+            if self.clauses() > MAX_CLAUSES {
                 let share = self.clauses();
-                broken.push(format!(
-                    "{area}: clauses {share:.1} %, limit {MOST_CLAUSES} %"
+                exceeded_limits.push(format!(
+                    "{area}: clauses {share:.1} %, limit {MAX_CLAUSES} %"
                 ));
             }
         }
-        if REASONED.contains(&area) && self.reasons() < FEWEST_REASONS {
-            let rate = self.reasons();
-            broken.push(format!(
-                "{area}: reasons {rate:.1}, at least {FEWEST_REASONS}"
+        if COMMENTED_CRATES.contains(&area) && self.comments_in_code() < MIN_COMMENTS {
+            let rate = self.comments_in_code();
+            exceeded_limits.push(format!(
+                "{area}: reasons {rate:.1}, at least {MIN_COMMENTS}"
             ));
         }
-        broken
+        exceeded_limits
     }
 }
 
@@ -247,7 +248,7 @@ fn sources(root: &Path) -> Result<Vec<String>, Box<dyn Error>> {
             .iter()
             .any(|end| name.ends_with(end))
             && !(name == "api.ts" || name.ends_with("_blocking.py"))
-            && !FOREIGN.iter().any(|folder| file.contains(folder))
+            && !EXCLUDED_FOLDERS.iter().any(|folder| file.contains(folder))
     };
     Ok(files.lines().filter(is_source).map(str::to_owned).collect())
 }
@@ -292,20 +293,25 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
         for at in 0..SYMPTOMS.len() {
             print!("{:>12.1}", counts.rate(at));
         }
-        println!("{:>12.1}{:>12.1}", counts.clauses(), counts.reasons());
+        println!(
+            "{:>12.1}{:>12.1}",
+            counts.clauses(),
+            counts.comments_in_code()
+        );
     }
-    let broken = broken(&areas);
-    if broken.is_empty() {
+    let exceeded_limits = exceeded_limits(&areas);
+    if exceeded_limits.is_empty() {
         Ok(())
     } else {
-        Err(broken.join("\n").into())
+        Err(exceeded_limits.join("\n").into())
     }
 }
 
 /// Limits that an area breaks.
-fn broken(areas: &BTreeMap<String, Counts>) -> Vec<String> {
+fn exceeded_limits(areas: &BTreeMap<String, Counts>) -> Vec<String> {
     let all = areas.iter();
-    all.flat_map(|(area, counts)| counts.broken(area)).collect()
+    all.flat_map(|(area, counts)| counts.exceeded_limits(area))
+        .collect()
 }
 
 #[cfg(test)]
@@ -318,11 +324,11 @@ mod tests {
         // Sources without git, such as an unpacked archive, are not judged.
         let Ok(areas) = count(&root) else { return };
         assert!(areas.len() > 20, "the crates have moved");
-        let broken = broken(&areas);
+        let exceeded_limits = exceeded_limits(&areas);
         assert!(
-            broken.is_empty(),
+            exceeded_limits.is_empty(),
             "`cargo xtask voice --list` names the lines:\n{}",
-            broken.join("\n")
+            exceeded_limits.join("\n")
         );
     }
 
@@ -352,7 +358,7 @@ mod tests {
         counts.add("crates/a/src/lib.rs", source);
         assert_eq!((counts.lines, counts.hits), (4, [1, 1, 1, 0, 0, 1]));
         assert_eq!((counts.docs, counts.clauses), (2, 2));
-        assert_eq!((counts.code, counts.reasons), (1, 1));
+        assert_eq!((counts.code, counts.comments_in_code), (1, 1));
         let mut many = Counts {
             lines: 1000,
             docs: 10,
@@ -360,13 +366,13 @@ mod tests {
             ..Counts::default()
         };
         many.hits[1] = 2;
-        let broken = many.broken("crates/magician");
-        let said = [
+        let exceeded_limits = many.exceeded_limits("crates/magician");
+        let expected = [
             "so many 2.0, limit 1",
             "clauses 10.0 %, limit 6 %",
             "reasons 0.0, at least 3",
         ];
-        let said = said.map(|text| format!("crates/magician: {text}"));
-        assert_eq!(broken, said);
+        let expected = expected.map(|text| format!("crates/magician: {text}"));
+        assert_eq!(exceeded_limits, expected);
     }
 }

@@ -128,7 +128,7 @@ fn plain(sign: char) -> char {
 
 #[cfg(test)]
 mod tests {
-    use magician::{Given, Setting};
+    use magician::{Setting, SettingValue};
 
     use super::*;
 
@@ -136,7 +136,7 @@ mod tests {
         let problem = Diagnostic::new(origin, "joint 2 would be at 95.0 deg, limit 90.0 deg")
             .named("outline")
             .help("move it nearer")
-            .remedy((Setting::Scale, Given::Number(0.5)), "fits there");
+            .remedy((Setting::Scale, SettingValue::Number(0.5)), "fits there");
         let renderer = Renderer::plain().term_width(80);
         draw_by(&renderer, &problem, Severity::Error, "pen.nc", Some(text))
     }

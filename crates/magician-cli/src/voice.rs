@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 
-use magician::{Act, Action, Given, PinUse, Setting, Voice};
+use magician::{Act, Action, PinUse, Setting, SettingValue, Voice};
 
 /// Voice of the command.
 pub(crate) struct Command;
@@ -42,10 +42,10 @@ impl Voice for Command {
         format!("`magician {verb}`")
     }
 
-    fn give(&self, setting: Setting, given: &Given) -> String {
+    fn give(&self, setting: Setting, given: &SettingValue) -> String {
         match given {
-            Given::On => self.setting(setting),
-            Given::Off => self.setting(setting).replacen("--", "--no-", 1),
+            SettingValue::On => self.setting(setting),
+            SettingValue::Off => self.setting(setting).replacen("--", "--no-", 1),
             given => format!("{} {given}", self.setting(setting)),
         }
     }
@@ -105,7 +105,7 @@ mod tests {
         for setting in Setting::ALL {
             let flag = Command.setting(*setting);
             let name = flag.trim_start_matches("--");
-            let off = Command.give(*setting, &Given::Off);
+            let off = Command.give(*setting, &SettingValue::Off);
             let off = off.trim_start_matches("--");
             assert!(
                 has_flag(&command, name) || has_flag(&command, off),
@@ -127,7 +127,11 @@ mod tests {
         command.build();
         let all: Vec<Remedy> = { Setting::ALL.iter() }
             .flat_map(|setting| {
-                let given = [Given::On, Given::Off, Given::Any("VALUE")];
+                let given = [
+                    SettingValue::On,
+                    SettingValue::Off,
+                    SettingValue::Any("VALUE"),
+                ];
                 let gives = given.map(|given| Remedy::new((*setting, given), "is a way"));
                 gives.into_iter().chain([Remedy::without(*setting)])
             })
@@ -163,7 +167,7 @@ mod tests {
                 .iter()
                 .fold(error, |error, action| error.remedy(*action, "mends it"));
             let error = Setting::ALL.iter().fold(error, |error, setting| {
-                error.remedy((*setting, Given::Any("VALUE")), "is a way")
+                error.remedy((*setting, SettingValue::Any("VALUE")), "is a way")
             });
             let failure = Failure::from(&error);
             let mut said = Vec::new();
@@ -201,11 +205,17 @@ mod tests {
     fn json_has_names_and_values() {
         let remedies = [
             Remedy::new(Action::Home, "homes it"),
-            Remedy::new((Setting::Scale, Given::Number(0.5)), "fits there"),
-            Remedy::new((Setting::At, Given::Point(220.0, -5.5)), "fits there"),
-            Remedy::new((Setting::Order, Given::Off), "keeps the order of the file"),
-            Remedy::new((Setting::White, Given::Word("draw")), "keeps it"),
-            Remedy::new((Setting::Start, Given::Any("X,Y,Z")), "says it"),
+            Remedy::new((Setting::Scale, SettingValue::Number(0.5)), "fits there"),
+            Remedy::new(
+                (Setting::At, SettingValue::Point(220.0, -5.5)),
+                "fits there",
+            ),
+            Remedy::new(
+                (Setting::Order, SettingValue::Off),
+                "keeps the order of the file",
+            ),
+            Remedy::new((Setting::White, SettingValue::Word("draw")), "keeps it"),
+            Remedy::new((Setting::Start, SettingValue::Any("X,Y,Z")), "says it"),
             Remedy::without(Setting::Raw),
             Remedy::new(Act::System("sudo rfkill".into()), ""),
             Remedy::new(Act::UseStation("http://h/".into()), "uses it"),

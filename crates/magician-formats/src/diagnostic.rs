@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use magician_host::{Act, Action, Given, Message, Remedy, Setting, Voice, message};
+use magician_host::{Act, Action, Message, Remedy, Setting, SettingValue, Voice, message};
 use magician_protocol::{visible, visible_lines};
 
 use crate::Origin;
@@ -160,11 +160,11 @@ impl Diagnostic {
     /// Adds a remedy.
     ///
     /// ```
-    /// use magician_host::{Given, Setting};
+    /// use magician_host::{SettingValue, Setting};
     /// use magician_formats::Diagnostic;
     ///
     /// let diagnostic = Diagnostic::of_file("the drawing is 400 by 300 mm")
-    ///     .remedy((Setting::Scale, Given::Number(0.5)), "fits there");
+    ///     .remedy((Setting::Scale, SettingValue::Number(0.5)), "fits there");
     /// assert_eq!(diagnostic.remedies[0].act.to_string(), "scale 0.5");
     /// ```
     #[must_use]
@@ -186,7 +186,7 @@ impl Diagnostic {
             .remedy(Action::CalibrateSurface, "measures it")
             .remedy(Action::TouchOff, "takes it from where the tool touches")
             .remedy(
-                (Setting::Surface, Given::Any("Z")),
+                (Setting::Surface, SettingValue::Any("Z")),
                 "sets it: the z of the pose when the tool touches it",
             )
     }

@@ -55,7 +55,7 @@ pub use picture::{ArmOutputs, ArmPicture, GripperState};
 #[doc(hidden)]
 pub use preflight::PLANNED;
 pub use preflight::check_power;
-pub use remedy::{Act, Action, Given, PinUse, Remedy, SET_PIN, Setting, Voice};
+pub use remedy::{Act, Action, PinUse, Remedy, SET_PIN, Setting, SettingValue, Voice};
 pub use rest::{REST_READ_INTERVAL, REST_TIME, RestDetector};
 
 /// Compiles the README's program with the tests.

@@ -48,7 +48,7 @@ pub enum Act {
     /// Perform an action on the arm, or a query.
     Do(Action),
     /// Give an option with this value.
-    Give(Setting, Given),
+    Give(Setting, SettingValue),
     /// Leave an option out.
     Omit(Setting),
     /// Run a command of the operating system, as typed.
@@ -85,8 +85,8 @@ impl From<Action> for Act {
     }
 }
 
-impl From<(Setting, Given)> for Act {
-    fn from((setting, given): (Setting, Given)) -> Self {
+impl From<(Setting, SettingValue)> for Act {
+    fn from((setting, given): (Setting, SettingValue)) -> Self {
         Self::Give(setting, given)
     }
 }
@@ -96,7 +96,7 @@ impl fmt::Display for Act {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Do(action) => f.write_str(action.name()),
-            Self::Give(setting, Given::On) => f.write_str(setting.name()),
+            Self::Give(setting, SettingValue::On) => f.write_str(setting.name()),
             Self::Give(setting, given) => write!(f, "{} {given}", setting.name()),
             Self::Omit(setting) => write!(f, "without {}", setting.name()),
             Self::System(line) => f.write_str(line),
@@ -112,7 +112,7 @@ pub const SET_PIN: &str = "set-pin";
 /// Value of an option.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
-pub enum Given {
+pub enum SettingValue {
     /// On, for an option that is on or off.
     On,
     /// Off.
@@ -129,7 +129,7 @@ pub enum Given {
     Any(&'static str),
 }
 
-impl fmt::Display for Given {
+impl fmt::Display for SettingValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::On => f.write_str("on"),
@@ -323,7 +323,7 @@ pub trait Voice {
     fn action(&self, action: Action) -> String;
 
     /// Option with a value: `--scale 0.5`, `scale=0.5`.
-    fn give(&self, setting: Setting, given: &Given) -> String;
+    fn give(&self, setting: Setting, given: &SettingValue) -> String;
 
     /// Command of the operating system: `sudo systemctl start bluetooth`.
     fn system(&self, line: &str) -> String {
@@ -399,7 +399,7 @@ mod tests {
             action.name().to_uppercase()
         }
 
-        fn give(&self, setting: Setting, given: &Given) -> String {
+        fn give(&self, setting: Setting, given: &SettingValue) -> String {
             format!("{}={given}", self.setting(setting))
         }
 
@@ -411,7 +411,7 @@ mod tests {
     #[test]
     fn a_voice_says_all_of_them_in_one_sentence() {
         let remedies = [
-            Remedy::new((Setting::Scale, Given::Number(0.5)), "fits there"),
+            Remedy::new((Setting::Scale, SettingValue::Number(0.5)), "fits there"),
             Remedy::new(Action::Home, "homes it"),
             Remedy::without(Setting::Raw),
         ];
@@ -424,10 +424,10 @@ mod tests {
     fn an_act_has_a_name_in_json() {
         let names = [
             (Act::Do(Action::ClearAlarms), "clear-alarms"),
-            (Act::Give(Setting::Fit, Given::On), "fit"),
-            (Act::Give(Setting::Order, Given::Off), "order off"),
+            (Act::Give(Setting::Fit, SettingValue::On), "fit"),
+            (Act::Give(Setting::Order, SettingValue::Off), "order off"),
             (
-                Act::Give(Setting::At, Given::Point(200.0, -5.5)),
+                Act::Give(Setting::At, SettingValue::Point(200.0, -5.5)),
                 "at 200,-5.5",
             ),
             (Act::Omit(Setting::PenZ), "without pen_z"),

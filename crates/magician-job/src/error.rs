@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use magician::commands::Pose;
-use magician::{AlarmSet, Error, Lifted, Message, message};
+use magician::{AlarmSet, Error, LiftResult, Message, message};
 use magician_program::resume::{DoubtReason, ResumePoint, StepRange};
 use magician_program::{Diagnostic, RemainingProgram, Report};
 
@@ -94,7 +94,7 @@ pub enum PenLift {
     /// The pen stays down on request.
     KeptDown,
     /// The pen was lifted.
-    Lifted(Lifted),
+    Lifted(LiftResult),
     /// The lift failed.
     Failed(Arc<Error>),
     /// The lift exceeded its deadline: the pen may still be down.

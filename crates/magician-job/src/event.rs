@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use magician::Ran;
+use magician::RunSummary;
 use magician::commands::Pose;
 use magician_program::Report;
 use tokio::sync::broadcast;
@@ -199,7 +199,7 @@ pub struct JobSummary {
     /// First of them, counted from 0.
     pub from: u64,
     /// Commands that the arm took for them.
-    pub ran: Ran,
+    pub ran: RunSummary,
     /// Duration by the arm's clock, pauses included, s.
     pub seconds: f64,
     /// Report of the check before anything moved.

@@ -169,7 +169,7 @@ impl Link {
             }
             ("SetRCmd", _) => self.rotate_tool(pending, &name, params)?,
             (_, Some(method)) => {
-                let checked = CheckedParams::of(method, params)?;
+                let checked = CheckedParams::check(method, params)?;
                 pending.unknown_params.clone_from(&checked.unknown_params);
                 if self.options.strict && !checked.unknown_params.is_empty() {
                     let names = checked.unknown_params.join("`, `");

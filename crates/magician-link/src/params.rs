@@ -33,7 +33,7 @@ impl CheckedParams {
     ///
     /// # Errors
     /// A parameter is missing or has the wrong type.
-    pub(crate) fn of(
+    pub(crate) fn check(
         method: &'static Method,
         params: &Map<String, Value>,
     ) -> Result<Self, LinkError> {

@@ -9,7 +9,7 @@
 use magician_host::build;
 use magician_host::message;
 use magician_host::preflight::Preflight;
-use magician_host::{Action, Given, Set, Setting};
+use magician_host::{Action, Set, Setting, SettingValue};
 use magician_motion::{ArmModel, Fence, ToolBias};
 
 use crate::artwork::{FitFailure, Layout, Marking, Sheet, Tidy};
@@ -305,11 +305,11 @@ impl Setup {
         }
         Err(Diagnostic::of_file(message!("nothing would burn"))
             .remedy(
-                (Setting::Dialect, Given::Word("laser")),
+                (Setting::Dialect, SettingValue::Word("laser")),
                 "takes it for a laser's program",
             )
             .remedy(
-                (Setting::SMax, Given::Any("N")),
+                (Setting::SMax, SettingValue::Any("N")),
                 "does so too, with the S of full power",
             ))
     }
@@ -329,7 +329,7 @@ impl Setup {
                 plan.tool = Some(Tool::Suction);
                 let what = message!("the file does not name its tool: the suction cup is assumed");
                 let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
-                notes.push(note.remedy((Setting::Tool, Given::Any("NAME")), "sets it"));
+                notes.push(note.remedy((Setting::Tool, SettingValue::Any("NAME")), "sets it"));
             }
         }
         if plan.surface.is_none() {

@@ -11,7 +11,7 @@ mod codec;
 use std::fmt;
 
 use magician_host::{
-    Act, Action as Deed, Given, JointAngles, Message, MessageValue, PinUse, Remedy, Setting,
+    Act, Action as Deed, JointAngles, Message, MessageValue, PinUse, Remedy, Setting, SettingValue,
 };
 use magician_motion::{Cuboid, Fence};
 use magician_protocol::{MAX_PARAMS, Set, Writer};
@@ -520,7 +520,7 @@ kinds! {
     Side { 0 = Left, 1 = Right }
     Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line), 4 = SetPin(pin, function), 5 = UseStation(url) }
     PinUse { 0 = DigitalOutput, 1 = Pwm }
-    Given { 0 = On, 1 = Off, 2 = Number(number), 3 = Point(x, y), 4 = Word(word), 5 = Any(word), 6 = Position(at) }
+    SettingValue { 0 = On, 1 = Off, 2 = Number(number), 3 = Point(x, y), 4 = Word(word), 5 = Any(word), 6 = Position(at) }
 }
 
 /// Serialises variants by name: they change in other crates.

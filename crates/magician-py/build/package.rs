@@ -95,7 +95,7 @@ _TEXTS = {
 "#;
 
 /// Classes with a hand-written base that interprets their numbers.
-const MEANINGS: [(&str, &str); 5] = [
+const INTERPRETED_CLASSES: [(&str, &str); 5] = [
     ("Pose", "PoseMeaning"),
     ("ColorSensor", "ColorMeaning"),
     ("IrSwitch", "InfraredMeaning"),
@@ -104,7 +104,7 @@ const MEANINGS: [(&str, &str); 5] = [
 ];
 
 /// Python programs that generate the other files.
-const TOOLS: [&str; 2] = ["tools/blocking.py", "tools/dobotdll.py"];
+const GENERATORS: [&str; 2] = ["tools/blocking.py", "tools/dobotdll.py"];
 
 /// Writes the generated files that have changed into the package at `package`. `python` is its
 /// interpreter.
@@ -117,7 +117,7 @@ pub(crate) fn write(package: &Path, python: &str) -> Result<(), Box<dyn Error>> 
         }
         fs::write(path, text)?;
     }
-    for tool in TOOLS {
+    for tool in GENERATORS {
         let mut command = Command::new(python);
         let command = command.arg("-B").arg(package.join(tool));
         let status = command
@@ -131,7 +131,7 @@ pub(crate) fn write(package: &Path, python: &str) -> Result<(), Box<dyn Error>> 
 }
 
 /// Describes a field: meaning, unit and range. Enums and flags have no range.
-pub(crate) fn described(field: &Field) -> String {
+pub(crate) fn field_description(field: &Field) -> String {
     let mut about = field.doc.trim_end_matches('.').to_owned();
     if !matches!(
         field.unit,
@@ -252,13 +252,15 @@ fn command(page: &mut String, names: &mut Vec<String>, row: &Row) {
     };
     let mut class = |page: &mut String, layout: &LayoutInfo, bases: &str, form: &str| {
         names.push(layout.name.to_owned());
-        let meaning = MEANINGS.iter().find(|(name, _)| *name == layout.name);
+        let meaning = INTERPRETED_CLASSES
+            .iter()
+            .find(|(name, _)| *name == layout.name);
         let bases = match meaning {
             Some((_, meaning)) => format!("_meaning.{meaning}, {bases}"),
             None => bases.to_owned(),
         };
         let _ = writeln!(page, "class {}({bases}):", layout.name);
-        let (about, form) = (wrapped(&format!("\"\"\"{}", row.doc)), wrapped(form));
+        let (about, form) = (wrap_text(&format!("\"\"\"{}", row.doc)), wrap_text(form));
         let _ = writeln!(page, "{about}\n\n{form}\n    \"\"\"\n");
         let _ = writeln!(
             page,
@@ -331,16 +333,16 @@ fn line(page: &mut String, field: &Field) {
         (false, None) => (ty, String::new()),
     };
     let _ = writeln!(page, "    {}: {ty}{default}", field.name);
-    doc(page, &format!("{}.", described(field)));
+    doc(page, &format!("{}.", field_description(field)));
 }
 
 /// Writes a docstring, wrapped at 120 columns.
 fn doc(page: &mut String, text: &str) {
-    let _ = writeln!(page, "{}\"\"\"", wrapped(&format!("\"\"\"{text}")));
+    let _ = writeln!(page, "{}\"\"\"", wrap_text(&format!("\"\"\"{text}")));
 }
 
 /// Wraps words at 117 columns, indented.
-fn wrapped(text: &str) -> String {
+fn wrap_text(text: &str) -> String {
     let mut lines = vec![String::from("   ")];
     for word in text.split(' ') {
         match lines.last_mut() {
@@ -409,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_pythons() {
+    fn names_follow_python_conventions() {
         assert_eq!(upper("MovjXyzInc"), "MOVJ_XYZ_INC");
         assert_eq!(upper("LimitAxis23Pos"), "LIMIT_AXIS23_POS");
         assert_eq!(upper("V1"), "V1");

@@ -26,10 +26,10 @@ ON_THE_TABLE = Port.GP1
 
 BELT_SPEED = 50.0
 """mm/s."""
-LOOK = 0.02
-"""How long the belt runs between two looks at the sensor, s: 1 mm."""
-PATIENCE = 500
-"""A belt that brings nothing for so many looks is empty."""
+SENSOR_INTERVAL = 0.02
+"""Time between two checks of the sensor while the belt runs, s: 1 mm of belt."""
+MAX_CHECKS = 500
+"""Checks without an object after which the belt counts as empty."""
 
 Place = tuple[float, float, float]
 
@@ -56,18 +56,18 @@ def cube_comes(arm: Arm) -> bool:
     """Runs the belt until a cube stands before the sensor; ``False`` if none comes."""
     arm.conveyor(BELT, BELT_SPEED)
     try:
-        for _ in range(PATIENCE):
+        for _ in range(MAX_CHECKS):
             if arm.infrared_at(AT_THE_BELT):
                 return True
             # Let the arm wait, not the program, so that this works on a virtual arm at full speed too.
-            arm.wait(LOOK)
+            arm.wait(SENSOR_INTERVAL)
         return False
     finally:
         arm.conveyor(BELT, 0)
 
 
 def sort(arm: Arm) -> list[Color]:
-    """Sorts until the belt is empty, and tells what it has put away."""
+    """Sorts until the belt is empty. Returns the colours of the sorted cubes."""
     arm.home()
     arm.tool("suction")
     arm.jump_height(40, 100)

@@ -14,7 +14,7 @@ type SheetParts = (Pair, f64, f64, Pair, Option<Pair>);
 /// Two numbers, a tuple in Python.
 type Pair = (f64, f64);
 /// Stored settings: sheet, height and slope of the surface, and tool.
-type KeptSettings = (Option<SheetParts>, Option<(f64, Pair)>, Option<String>);
+type StoredSettings = (Option<SheetParts>, Option<(f64, Pair)>, Option<String>);
 
 /// Computes the sheet from its touched lower left, lower right and upper left corners.
 #[pyfunction]
@@ -49,12 +49,12 @@ pub(crate) fn touched_tip(
 }
 
 /// Converts an error of the settings file.
-fn unkept(py: Python<'_>, error: &SettingsError) -> PyErr {
+fn settings_error(py: Python<'_>, error: &SettingsError) -> PyErr {
     errors::raise(py, &Error::invalid(error.to_string()))
 }
 
 /// Applies an edit to the settings file. Returns its path.
-fn kept(
+fn edit_settings(
     py: Python<'_>,
     edit: impl Fn(&SettingsFile) -> Option<SettingsFile> + Send + Sync,
 ) -> PyResult<Option<String>> {
@@ -64,21 +64,21 @@ fn kept(
         file.change(edited)?;
         Ok(file.path().map(|path| path.display().to_string()))
     });
-    outcome.map_err(|error| unkept(py, &error))
+    outcome.map_err(|error| settings_error(py, &error))
 }
 
 /// Saves a sheet given by its touched corners.
 #[pyfunction]
 pub(crate) fn keep_sheet(py: Python<'_>, corners: [[f64; 3]; 3]) -> PyResult<Option<String>> {
     let sheet = Sheet::touched(corners).map_err(|problem| program::raise(py, None, &problem))?;
-    kept(py, |file| file.with_table("sheet", &sheet.rounded()))
+    edit_settings(py, |file| file.with_table("sheet", &sheet.rounded()))
 }
 
 /// Saves the height of a level surface.
 #[pyfunction]
 pub(crate) fn keep_surface(py: Python<'_>, height: f64) -> PyResult<Option<String>> {
     let height = rounded_height(height).to_string();
-    kept(py, |file| file.with("surface", &height))
+    edit_settings(py, |file| file.with("surface", &height))
 }
 
 /// Saves the tool tip given by two touches of one point.
@@ -93,19 +93,21 @@ pub(crate) fn keep_tip(
     let tip = tip.map_err(|problem| program::raise(py, None, &problem))?;
     let [x, y, z] = tip.rounded_bias();
     let tool = quoted(&format!("{x},{y},{z}"));
-    kept(py, |file| file.with("tool", &tool))
+    edit_settings(py, |file| file.with("tool", &tool))
 }
 
 /// Returns the calibration in the settings file. `MAGICIAN_TOOL` overrides its tool.
 #[pyfunction]
-pub(crate) fn kept_settings(py: Python<'_>) -> PyResult<KeptSettings> {
+pub(crate) fn kept_settings(py: Python<'_>) -> PyResult<StoredSettings> {
     let read = || -> Result<_, SettingsError> {
         let file = SettingsFile::load()?;
         let sheet = file.value::<Sheet>("sheet")?;
         let tool = file.value::<String>("tool")?;
         Ok((sheet, surface_of(&file)?, tool))
     };
-    let (sheet, surface, tool) = py.detach(read).map_err(|error| unkept(py, &error))?;
+    let (sheet, surface, tool) = py
+        .detach(read)
+        .map_err(|error| settings_error(py, &error))?;
     let tool = tool_of(py, tool)?.map(|tool| tool.to_string());
     let surface = surface.map(|surface| (surface.height, surface.slope.into()));
     Ok((sheet.map(|sheet| parts(&sheet)), surface, tool))
@@ -114,7 +116,9 @@ pub(crate) fn kept_settings(py: Python<'_>) -> PyResult<KeptSettings> {
 /// Default tool from the environment or the settings file. `None` if neither has one.
 pub(crate) fn kept_tool(py: Python<'_>) -> PyResult<Option<Tool>> {
     let read = || SettingsFile::load()?.value::<String>("tool");
-    let tool = py.detach(read).map_err(|error| unkept(py, &error))?;
+    let tool = py
+        .detach(read)
+        .map_err(|error| settings_error(py, &error))?;
     tool_of(py, tool)
 }
 

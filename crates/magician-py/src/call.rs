@@ -16,17 +16,17 @@ use pyo3::prelude::*;
 use tokio::task::AbortHandle;
 
 use crate::errors;
-use crate::runtime::{self, Local, News};
+use crate::runtime::{self, Local, Notification};
 
 /// Interval at which a waiting thread checks for signals such as Ctrl-C. A choice: short to a
 /// person, and little work.
-pub(crate) const LOOK: Duration = Duration::from_millis(30);
+pub(crate) const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(30);
 
 /// Stops an operation without waiting.
 type Stop = Box<dyn Fn() + Send + Sync>;
 
 /// Deferred conversion to a Python object, run while the interpreter's lock is held.
-type Made = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
+type Conversion = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
 
 /// Something under way at an arm.
 #[pyclass(frozen, generic, module = "magician._magician")]
@@ -58,10 +58,10 @@ struct Shared {
 
 #[derive(Default)]
 struct State {
-    outcome: Option<Result<Made, Arc<Error>>>,
+    outcome: Option<Result<Conversion, Arc<Error>>>,
     over: bool,
     taken: bool,
-    report: Option<Made>,
+    report: Option<Conversion>,
     listener: Option<Arc<Py<PyAny>>>,
 }
 
@@ -80,16 +80,16 @@ impl Shared {
         };
         self.changed.notify_all();
         if let Some(listener) = listener {
-            runtime::tell(News::Call(listener));
+            runtime::notify(Notification::Call(listener));
         }
     }
 
-    /// Waits up to [`LOOK`]. Returns true if the operation has ended, and the newest report.
-    fn look(&self) -> (bool, Option<Made>) {
+    /// Waits up to [`SIGNAL_CHECK_INTERVAL`]. Returns true if the operation has ended, and the newest report.
+    fn look(&self) -> (bool, Option<Conversion>) {
         let quiet = |state: &mut State| !state.over && state.report.is_none();
         let waited = self
             .changed
-            .wait_timeout_while(self.state(), LOOK, quiet)
+            .wait_timeout_while(self.state(), SIGNAL_CHECK_INTERVAL, quiet)
             .unwrap_or_else(PoisonError::into_inner);
         let mut state = waited.0;
         (state.over, state.report.take())
@@ -102,16 +102,16 @@ pub(crate) struct Reporter(Arc<Shared>);
 impl Reporter {
     pub(crate) fn report(
         &self,
-        made: impl FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send + 'static,
+        convert: impl FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send + 'static,
     ) {
         self.0
-            .change(|state| state.report = Some(Box::new(made) as Made));
+            .change(|state| state.report = Some(Box::new(convert) as Conversion));
     }
 }
 
 impl Call {
     /// Starts an operation. `made` converts its result to a Python object.
-    pub(crate) fn start<T, E, F, M>(task: F, made: M) -> Self
+    pub(crate) fn start<T, E, F, M>(task: F, convert: M) -> Self
     where
         T: Send + 'static,
         E: Into<Arc<Error>> + Send + 'static,
@@ -119,13 +119,13 @@ impl Call {
         M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
     {
         let shared = Arc::new(Shared::default());
-        let going = runtime::spawn(told(&shared, task, made));
+        let going = runtime::spawn(deliver(&shared, task, convert));
         Self::of(shared, going.map_or(Work::Lasting, Work::Going), None)
     }
 
     /// Creates a motion with progress reports. It starts when it is waited for; dropping it before
     /// its end stops the arm.
-    pub(crate) fn moving<T, F, M>(arm: &Arm, task: impl FnOnce(Reporter) -> F, made: M) -> Self
+    pub(crate) fn moving<T, F, M>(arm: &Arm, task: impl FnOnce(Reporter) -> F, convert: M) -> Self
     where
         T: Send + 'static,
         F: Future<Output = magician::Result<T>> + Send + 'static,
@@ -133,7 +133,7 @@ impl Call {
     {
         let shared = Arc::new(Shared::default());
         let task = task(Reporter(Arc::clone(&shared)));
-        let work = Work::Waiting(Box::pin(told(&shared, task, made)));
+        let work = Work::Waiting(Box::pin(deliver(&shared, task, convert)));
         let stopper = arm.stopper();
         // Fails without a connection; then there is no motion to stop.
         let stop = move || drop(stopper.request_stop());
@@ -145,7 +145,7 @@ impl Call {
     pub(crate) fn under_way<T, F, M>(
         stop: impl Fn() + Send + Sync + 'static,
         task: impl FnOnce(Reporter) -> F,
-        made: M,
+        convert: M,
     ) -> Self
     where
         T: Send + 'static,
@@ -154,7 +154,7 @@ impl Call {
     {
         let shared = Arc::new(Shared::default());
         let task = task(Reporter(Arc::clone(&shared)));
-        let work = Work::Waiting(Box::pin(told(&shared, task, made)));
+        let work = Work::Waiting(Box::pin(deliver(&shared, task, convert)));
         Self::of(shared, work, Some(Box::new(stop)))
     }
 
@@ -172,8 +172,8 @@ impl Call {
         F: Future<Output = magician::Result<Option<String>>> + Send + 'static,
     {
         let shared = Arc::new(Shared::default());
-        let task = told(&shared, task, |py, said: Option<String>| {
-            Ok(said.into_pyobject(py)?.into_any().unbind())
+        let task = deliver(&shared, task, |py, text: Option<String>| {
+            Ok(text.into_pyobject(py)?.into_any().unbind())
         });
         Self::of(shared, Work::Waiting(Box::pin(task)), None)
     }
@@ -184,7 +184,7 @@ impl Call {
         F: Future<Output = magician::Result<()>> + Send + 'static,
     {
         let shared = Arc::new(Shared::default());
-        runtime::spawn(told(&shared, task, |py, ()| Ok(py.None())));
+        runtime::spawn(deliver(&shared, task, |py, ()| Ok(py.None())));
         Self::of(shared, Work::Lasting, None)
     }
 
@@ -242,10 +242,10 @@ impl Drop for Inner {
 }
 
 /// Wraps a task so that its result goes to the waiter.
-fn told<T, E, F, M>(
+fn deliver<T, E, F, M>(
     shared: &Arc<Shared>,
     task: F,
-    made: M,
+    convert: M,
 ) -> impl Future<Output = ()> + Send + use<T, E, F, M>
 where
     T: Send + 'static,
@@ -253,22 +253,24 @@ where
     F: Future<Output = Result<T, E>> + Send + 'static,
     M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
 {
-    let ending = Ending(Arc::clone(shared));
+    let ending = EndGuard(Arc::clone(shared));
     async move {
         let outcome = task.await;
         ending.0.change(|state| {
             let outcome = outcome.map_err(Into::into);
-            state.outcome =
-                Some(outcome.map(|value| Box::new(move |py: Python<'_>| made(py, value)) as Made));
+            state.outcome = Some(
+                outcome
+                    .map(|value| Box::new(move |py: Python<'_>| convert(py, value)) as Conversion),
+            );
             state.over = true;
         });
     }
 }
 
 /// Ends a call even if its task is dropped or panics, so that no waiter waits forever.
-struct Ending(Arc<Shared>);
+struct EndGuard(Arc<Shared>);
 
-impl Drop for Ending {
+impl Drop for EndGuard {
     fn drop(&mut self) {
         if !self.0.state().over {
             self.0.change(|state| {
@@ -345,7 +347,7 @@ impl Call {
             None => Err(PyRuntimeError::new_err(
                 "it has not ended, or its result was taken",
             )),
-            Some(Ok(made)) => made(py),
+            Some(Ok(convert)) => convert(py),
             Some(Err(error)) => Err(errors::raise(py, &error)),
         }
     }

@@ -12,7 +12,7 @@ use pyo3::types::{PyDict, PyList};
 use crate::call::Call;
 use crate::core::{self, Core, seconds};
 use crate::picture::{Ink, Picture};
-use crate::serving::{Served, Where, serve_arm};
+use crate::serving::{EndpointAddresses, Served, serve_arm};
 use crate::simulation::Saved;
 use crate::{errors, values};
 
@@ -58,7 +58,7 @@ pub(crate) fn controller(scenario: Option<&Scenario>, tool: Option<[f64; 3]>) ->
 }
 
 /// State of an object at one instant.
-struct Seen {
+struct ObjectState {
     name: String,
     size: [f64; 3],
     color: [u8; 3],
@@ -67,7 +67,7 @@ struct Seen {
     seen_by: Vec<&'static str>,
 }
 
-impl Seen {
+impl ObjectState {
     fn of(object: &ObjectView<'_>, names: &[String]) -> Self {
         let place = object.place();
         let rest = match object.rest() {
@@ -141,7 +141,7 @@ impl Cell {
     }
 
     /// Serves the arm to other programs.
-    fn serve(&self, py: Python<'_>, places: Where) -> PyResult<Served> {
+    fn serve(&self, py: Python<'_>, places: EndpointAddresses) -> PyResult<Served> {
         serve_arm(py, self.arm.clone(), places)
     }
 
@@ -185,7 +185,7 @@ impl Cell {
                 .map(|object| object.name().to_owned())
                 .collect();
             look.objects()
-                .map(|object| Seen::of(&object, &names))
+                .map(|object| ObjectState::of(&object, &names))
                 .collect::<Vec<_>>()
         });
         let objects = PyList::empty(py);
@@ -266,13 +266,13 @@ impl Cell {
     /// Events since the last call, as text.
     fn events(&self, py: Python<'_>) -> Vec<String> {
         self.with(py, |arm| {
-            let mut told = Vec::new();
+            let mut lines = Vec::new();
             while let Some(event) = arm.poll_event() {
                 if !event.is_routine() {
-                    told.push(event.in_words(arm.world().scenario()).to_string());
+                    lines.push(event.in_words(arm.world().scenario()).to_string());
                 }
             }
-            told
+            lines
         })
     }
 

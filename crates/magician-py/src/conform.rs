@@ -10,41 +10,41 @@ use pyo3::types::{PyBytes, PyTuple};
 use tokio::runtime::Runtime;
 use tokio::sync::oneshot;
 
-use crate::apart::{self, Teller};
 use crate::call::Call;
 use crate::core::{seconds, target};
 use crate::errors;
+use crate::examinations::{self, FindingReporter};
 
 /// Longest time for restoring the parameters of an arm. A choice: long enough for a slow arm,
 /// and an end if the arm is gone.
-const LEAVING: Duration = Duration::from_secs(20);
+const RESTORE_TIMEOUT: Duration = Duration::from_secs(20);
 
-type Ended = (Case, Outcome);
+type CaseResult = (Case, Outcome);
 
 /// Selected cases, and the timeout of a reply.
-struct Asked {
+struct CaseSelection {
     only: Vec<String>,
     skip: Vec<String>,
     patience: Duration,
 }
 
-fn broken(error: &SuiteError) -> Error {
+fn suite_error(error: &SuiteError) -> Error {
     Error::new(ErrorCode::Closed, error.to_string())
 }
 
 /// Runs the cases to the end or until stopped. The arm's parameters are restored in either case.
 async fn run<T: magician_conform::Target>(
     arm: T,
-    asked: &Asked,
-    to: &Teller<Ended>,
+    selection: &CaseSelection,
+    to: &FindingReporter<CaseResult>,
     stopped: oneshot::Receiver<()>,
 ) -> Result<(), Error> {
-    let suite = Suite::built_in().map_err(|error| broken(&error))?;
-    let mut runner = Runner::new(arm, asked.patience).map_err(|error| broken(&error))?;
+    let suite = Suite::built_in().map_err(|error| suite_error(&error))?;
+    let mut runner = Runner::new(arm, selection.patience).map_err(|error| suite_error(&error))?;
     let work = async {
         runner.begin().await?;
-        for case in suite.select(&asked.only, &asked.skip) {
-            to.tell((case.clone(), runner.run(case).await?));
+        for case in suite.select(&selection.only, &selection.skip) {
+            to.report((case.clone(), runner.run(case).await?));
             // Cases on a virtual arm never wait. Yield, so that a stop is noticed between them.
             tokio::task::yield_now().await;
         }
@@ -54,7 +54,7 @@ async fn run<T: magician_conform::Target>(
         outcome = work => outcome,
         _ = stopped => Ok(()),
     };
-    let left = tokio::time::timeout(LEAVING, runner.end()).await;
+    let left = tokio::time::timeout(RESTORE_TIMEOUT, runner.end()).await;
     outcome?;
     left.map_err(|_| {
         let message = "the arm's parameters were not restored in time";
@@ -66,20 +66,20 @@ async fn run<T: magician_conform::Target>(
 /// Runs the cases on the arm at a port. `None` is a virtual arm in virtual time.
 async fn run_at(
     place: Option<&Target>,
-    asked: &Asked,
-    to: &Teller<Ended>,
+    selection: &CaseSelection,
+    to: &FindingReporter<CaseResult>,
     stopped: oneshot::Receiver<()>,
 ) -> Result<(), Error> {
     let Some(place) = place else {
-        return run(SimTarget::default(), asked, to, stopped).await;
+        return run(SimTarget::default(), selection, to, stopped).await;
     };
     let line = RawLine::open_with(place, LineOptions::default()).await?;
-    run(LineTarget::new(line), asked, to, stopped).await
+    run(LineTarget::new(line), selection, to, stopped).await
 }
 
 /// Converts a case and its result: id, chapter, title, source, confidence and tags; outcome as a
 /// word, reason of a skip, mismatch of a failure.
-fn told(py: Python<'_>, (case, outcome): &Ended) -> PyResult<Py<PyAny>> {
+fn case_parts(py: Python<'_>, (case, outcome): &CaseResult) -> PyResult<Py<PyAny>> {
     let (word, reason, failure) = match outcome {
         Outcome::Passed => ("passed", None, None),
         Outcome::Skipped(reason) => ("skipped", Some(reason), None),
@@ -119,7 +119,7 @@ pub(crate) fn conform(
 ) -> PyResult<(Call, usize, Call)> {
     let raise = |error: Error| errors::raise(py, &error);
     let patience = seconds(py, "the timeout", patience)?;
-    let suite = Suite::built_in().map_err(|error| raise(broken(&error)))?;
+    let suite = Suite::built_in().map_err(|error| raise(suite_error(&error)))?;
     if let Some(pattern) = suite.unmatched(only.iter().chain(&skip)) {
         let message = format!("no case matches \"{pattern}\"");
         return Err(raise(Error::invalid(message)));
@@ -143,14 +143,17 @@ pub(crate) fn conform(
         return Err(raise(Error::invalid(message)));
     }
     let count = cases.len();
-    let asked = Asked {
+    let selection = CaseSelection {
         only,
         skip,
         patience,
     };
-    let work = move |runtime: &Runtime, to: Teller<Ended>, stopped| {
-        runtime.block_on(run_at(place.as_ref(), &asked, &to, stopped))
+    let work = move |runtime: &Runtime, to: FindingReporter<CaseResult>, stopped| {
+        runtime.block_on(run_at(place.as_ref(), &selection, &to, stopped))
     };
-    let (call, left) = apart::calls(py, "magician-conform", work, told, |py, ()| Ok(py.None()))?;
+    let (call, left) =
+        examinations::start_examination(py, "magician-conform", work, case_parts, |py, ()| {
+            Ok(py.None())
+        })?;
     Ok((call, count, left))
 }

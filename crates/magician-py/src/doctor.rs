@@ -13,16 +13,16 @@ use tokio::runtime::Runtime;
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 
-use crate::apart::{self, Teller};
 use crate::call::Call;
 use crate::core::seconds;
+use crate::examinations::{self, FindingReporter};
 use crate::{errors, voice};
 
 /// Longest time for the trial of the queue to end after an interrupt.
-const LEAVING: Duration = Duration::from_secs(3);
+const TRIAL_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Options of the diagnosis.
-struct Asked {
+struct DiagnosisOptions {
     given: Option<String>,
     count: u64,
     patience: Duration,
@@ -30,16 +30,16 @@ struct Asked {
 }
 
 /// Reports each finding.
-impl DiagnosisObserver for Teller<Finding> {
+impl DiagnosisObserver for FindingReporter<Finding> {
     type Failure = NoArm;
 
     fn found(&mut self, finding: &Finding) -> Result<(), NoArm> {
-        self.tell(finding.clone());
+        self.report(finding.clone());
         Ok(())
     }
 }
 
-fn stopped() -> NoArm {
+fn interruption() -> NoArm {
     NoArm::Failed(Error::new(ErrorCode::Stopped, "it was interrupted"))
 }
 
@@ -53,32 +53,32 @@ async fn trial(
     tokio::select! {
         tried = &mut trial => Ok(tried),
         _ = stop => {
-            let _ = timeout(LEAVING, trial).await;
-            Err(stopped())
+            let _ = timeout(TRIAL_TIMEOUT, trial).await;
+            Err(interruption())
         }
     }
 }
 
 /// Runs the diagnosis until it is stopped.
 async fn examine(
-    asked: &Asked,
+    options: &DiagnosisOptions,
     found: &mut Diagnosis,
-    to: &mut Teller<Finding>,
+    to: &mut FindingReporter<Finding>,
     stop: &mut oneshot::Receiver<()>,
 ) -> Result<(), NoArm> {
-    let target = found.find(asked.given.as_deref(), to)?;
+    let target = found.find(options.given.as_deref(), to)?;
     let listening = async {
         let mut line = found.open(&target, LineOptions::default(), to).await?;
-        let patience = Some(asked.patience);
+        let patience = Some(options.patience);
         found.hear(&mut line, &target, patience, to).await?;
         found.window(&mut line, &target, to).await?;
         Ok::<_, NoArm>(line)
     };
     let mut line = tokio::select! {
         heard = listening => heard?,
-        _ = &mut *stop => return Err(stopped()),
+        _ = &mut *stop => return Err(interruption()),
     };
-    if asked.try_queue {
+    if options.try_queue {
         let tried = trial(&mut line, stop).await?;
         found.queue(tried, &target, to)?;
     } else {
@@ -87,7 +87,7 @@ async fn examine(
     drop(line);
     let looking = async {
         let known = magician::arms::load()?;
-        let options = Options::default().timeout(asked.patience);
+        let options = Options::default().timeout(options.patience);
         let options = options.homings(magician_job::homings());
         let options = options.for_arm(magician::arms::at(&known, &target));
         let arm = Arm::connect_with(&target, options).await?;
@@ -95,18 +95,18 @@ async fn examine(
             target,
             Target::Serial(_) | Target::Usb { .. } | Target::Arm(_)
         );
-        let looked = found.examine(&arm, asked.count, serial, to).await;
+        let looked = found.examine(&arm, options.count, serial, to).await;
         arm.close().await;
         looked
     };
     tokio::select! {
         looked = looking => looked,
-        _ = stop => Err(stopped()),
+        _ = stop => Err(interruption()),
     }
 }
 
 /// Converts the measured value: a number, a text or a dictionary.
-fn figure<'py>(py: Python<'py>, value: &Measured) -> PyResult<Bound<'py, PyAny>> {
+fn measured_value<'py>(py: Python<'py>, value: &Measured) -> PyResult<Bound<'py, PyAny>> {
     match value {
         Measured::Text(text) => text.into_bound_py_any(py),
         Measured::Count(count) => count.into_bound_py_any(py),
@@ -131,13 +131,13 @@ fn figure<'py>(py: Python<'py>, value: &Measured) -> PyResult<Bound<'py, PyAny>>
 }
 
 /// Converts a finding: check, ok, value, unit, text, advice.
-fn told(py: Python<'_>, finding: &Finding) -> PyResult<Py<PyAny>> {
+fn finding_parts(py: Python<'_>, finding: &Finding) -> PyResult<Py<PyAny>> {
     let advice = finding.advice.as_ref();
     let advice = advice.map(|advice| advice.said(&voice::Python));
     let parts = (
         finding.check,
         finding.ok,
-        figure(py, &finding.value)?,
+        measured_value(py, &finding.value)?,
         finding.unit,
         finding.text.as_str(),
         advice,
@@ -148,7 +148,7 @@ fn told(py: Python<'_>, finding: &Finding) -> PyResult<Py<PyAny>> {
 fn error(none: NoArm) -> Error {
     let (kind, message) = match none {
         NoArm::Failed(error) => return error,
-        NoArm::Found(kind, message) => (kind, message),
+        NoArm::FailedCheck(kind, message) => (kind, message),
     };
     let code = match kind {
         ErrorKind::Port => ErrorCode::NoArm,
@@ -175,20 +175,27 @@ pub(crate) fn doctor(
     if let Some(port) = &given {
         port.parse::<Target>().map_err(raise)?;
     }
-    let asked = Asked {
+    let options = DiagnosisOptions {
         given,
         count,
         patience: seconds(py, "the timeout", patience)?,
         try_queue,
     };
-    let work =
-        move |runtime: &Runtime, mut to: Teller<Finding>, mut stopped: oneshot::Receiver<()>| {
-            let mut found = Diagnosis::default();
-            let outcome = runtime.block_on(examine(&asked, &mut found, &mut to, &mut stopped));
-            Ok((found, outcome.err().map(error)))
-        };
-    apart::calls(py, "magician-doctor", work, told, |py, (found, ended)| {
-        let ended = ended.map(|error| errors::raise(py, &error).into_value(py));
-        (found.port, found.window, found.turnaround_ms, ended).into_py_any(py)
-    })
+    let work = move |runtime: &Runtime,
+                     mut to: FindingReporter<Finding>,
+                     mut stopped: oneshot::Receiver<()>| {
+        let mut found = Diagnosis::default();
+        let outcome = runtime.block_on(examine(&options, &mut found, &mut to, &mut stopped));
+        Ok((found, outcome.err().map(error)))
+    };
+    examinations::start_examination(
+        py,
+        "magician-doctor",
+        work,
+        finding_parts,
+        |py, (found, ended)| {
+            let ended = ended.map(|error| errors::raise(py, &error).into_value(py));
+            (found.port, found.window, found.turnaround_ms, ended).into_py_any(py)
+        },
+    )
 }

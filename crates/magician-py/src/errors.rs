@@ -1,22 +1,22 @@
 //! Conversion of driver errors to Python exceptions.
 
-use magician::{Action, Error, ErrorCode, Given, Message, Setting, Voice};
+use magician::{Action, Error, ErrorCode, Message, Setting, SettingValue, Voice};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::voice;
 
 /// Advice for an error about the laser permission.
-const LASER: &str = ": wear goggles for its wavelength, clear away what must not burn, and stay \
+const LASER_ADVICE: &str = ": wear goggles for its wavelength, clear away what must not burn, and stay \
         with it; allow_laser=True allows it";
 
 /// Creates the exception of an error. Its class depends on the kind alone; its parts become
 /// attributes (`magician.errors`).
 pub(crate) fn raise(py: Python<'_>, error: &Error) -> PyErr {
-    made(py, error).unwrap_or_else(|failed| failed)
+    exception(py, error).unwrap_or_else(|failed| failed)
 }
 
-fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
+fn exception(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     let parts = PyDict::new(py);
     parts.set_item("code", error.code().name())?;
     parts.set_item("step", error.step())?;
@@ -34,16 +34,16 @@ fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         .map(|alarms| alarms.codes().map(u32::from).collect());
     parts.set_item("alarms", codes)?;
     parts.set_item("station", error.station())?;
-    let told = py.import("magician._told")?.getattr("error")?;
+    let convert = py.import("magician._conversion")?.getattr("error")?;
     let message = sentence(error);
-    let exception = told.call((error.kind().name(), message), Some(&parts))?;
+    let exception = convert.call((error.kind().name(), message), Some(&parts))?;
     Ok(PyErr::from_value(exception))
 }
 
 /// Fact and remedies in one sentence, worded for Python.
 pub(crate) fn sentence(error: &Error) -> String {
     if error.code() == ErrorCode::LaserNotAllowed {
-        return format!("{error}{LASER}");
+        return format!("{error}{LASER_ADVICE}");
     }
     match voice::Python.remedies(error.remedies()) {
         Some(remedies) => format!("{error}; {remedies}"),
@@ -59,7 +59,7 @@ pub(crate) fn every_error(py: Python<'_>) -> Vec<PyErr> {
         let error = Action::ALL
             .iter()
             .fold(error, |error, action| error.remedy(*action, "mends it"));
-        let given = |setting: &Setting| (*setting, Given::Number(1.0));
+        let given = |setting: &Setting| (*setting, SettingValue::Number(1.0));
         let error = Setting::ALL.iter().fold(error, |error, setting| {
             error.remedy(given(setting), "is a way")
         });

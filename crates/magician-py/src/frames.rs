@@ -50,7 +50,7 @@ impl Request {
 
     /// Refuses a dangerous command unless `allow` names it.
     fn permit(&self, allow: &str) -> Result<()> {
-        let row = Row::with_id(self.id).filter(|row| !self.only_looks(row));
+        let row = Row::with_id(self.id).filter(|row| !self.is_read_only(row));
         let Some((row, danger)) = row.and_then(|row| Some((row, row.danger()?))) else {
             return Ok(());
         };
@@ -68,9 +68,9 @@ impl Request {
         Err(Error::invalid(message).with_command(name))
     }
 
-    fn only_looks(&self, row: &Row) -> bool {
+    fn is_read_only(&self, row: &Row) -> bool {
         // A switch of the firmware is sent as a read with parameters, so Ctrl alone does not tell.
-        row.only_looks(self.ctrl) && (row.query.is_some() || self.params.is_empty())
+        row.is_read_only(self.ctrl) && (row.query.is_some() || self.params.is_empty())
     }
 }
 

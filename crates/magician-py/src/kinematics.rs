@@ -14,7 +14,7 @@ use crate::program::floats;
 type Row = [f64; 4];
 
 /// Rows as bytes, and one byte per row: 1 if the arm can reach it.
-type Judged<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>);
+type RowsAndReach<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 fn geometry([x, y, z]: [f64; 3]) -> Geometry {
     Geometry::magician(ToolBias::new(x, y, z))
@@ -35,11 +35,11 @@ fn rows(bytes: &[u8], columns: usize, last: f64) -> Vec<Row> {
 }
 
 /// Applies `judge` to each row: the result, and true if the arm can reach it.
-fn judged<'py>(
+fn apply_to_rows<'py>(
     py: Python<'py>,
     rows: Vec<Row>,
     judge: impl Fn(Row) -> (Row, bool) + Send + Sync,
-) -> Judged<'py> {
+) -> RowsAndReach<'py> {
     let (values, reached) = py.detach(|| {
         let mut values = Vec::with_capacity(rows.len().saturating_mul(32));
         let mut reached = Vec::with_capacity(rows.len());
@@ -57,9 +57,9 @@ fn judged<'py>(
 /// Computes poses from rows of joint angles, also beyond the joint limits. Rows with an angle that
 /// is not finite become NaN.
 #[pyfunction]
-pub(crate) fn forward<'py>(py: Python<'py>, joints: &[u8], tool: [f64; 3]) -> Judged<'py> {
+pub(crate) fn forward<'py>(py: Python<'py>, joints: &[u8], tool: [f64; 3]) -> RowsAndReach<'py> {
     let (geometry, limits) = (geometry(tool), ArmModel::MAGICIAN.limits);
-    judged(py, rows(joints, 4, 0.0), |row| {
+    apply_to_rows(py, rows(joints, 4, 0.0), |row| {
         let joints = JointAngles::from(row);
         if joints.is_finite() {
             let pose = geometry.forward(&joints).to_array();
@@ -78,9 +78,9 @@ pub(crate) fn inverse<'py>(
     columns: usize,
     r: f64,
     tool: [f64; 3],
-) -> Judged<'py> {
+) -> RowsAndReach<'py> {
     let (geometry, limits) = (geometry(tool), ArmModel::MAGICIAN.limits);
-    judged(py, rows(poses, columns, r), |row| {
+    apply_to_rows(py, rows(poses, columns, r), |row| {
         match geometry.inverse_within(&Pose::from(row), &limits) {
             Ok(joints) => (joints.to_array(), true),
             Err(_) => ([f64::NAN; 4], false),

@@ -22,13 +22,12 @@
 //! * [`command`] is the `magician` command, linked in.
 //! * [`mod@conform`] runs the conformance suite on an arm, [`mod@doctor`] diagnoses an arm and its
 //!   line.
-//! * [`apart`] runs these two on threads of their own, as calls.
+//! * [`examinations`] runs these two on threads of their own, as calls.
 //! * [`kinematics`] computes poses and joint angles of whole arrays.
 //! * [`errors`] maps errors of the driver to Python exceptions, by their kind alone; [`voice`]
 //!   words their remedies as Python calls.
 //! * [`runtime`] owns the threads of the package, and [`logging`] forwards the driver's log.
 
-mod apart;
 mod calibrate;
 mod call;
 mod cell;
@@ -37,6 +36,7 @@ mod conform;
 mod core;
 mod doctor;
 mod errors;
+mod examinations;
 mod files;
 mod frames;
 mod kinematics;

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Metadata, Subscriber, span};
 
-use crate::runtime::{News, tell};
+use crate::runtime::{Notification, notify};
 
 /// Log record.
 pub(crate) struct Record {
@@ -58,7 +58,7 @@ impl Subscriber for Log {
             Level::INFO => 20,
             _ => 10,
         };
-        tell(News::Log(Record {
+        notify(Notification::Log(Record {
             level,
             message: line.message + &line.rest,
         }));

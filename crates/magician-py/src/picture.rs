@@ -109,7 +109,7 @@ pub(crate) fn draw_arm(
     let mut view = ArmView::default();
     view.title = title.to_owned();
     view.joints = joints.into();
-    view.tool = between(&view.joints, pose);
+    view.tool = tool_bias(&view.joints, pose);
     for code in alarms {
         view.alarms.insert(code);
     }
@@ -118,7 +118,7 @@ pub(crate) fn draw_arm(
 }
 
 /// Computes the tool bias from joint angles and the pose of the tip.
-fn between(joints: &JointAngles, [x, y, z, _]: [f64; 4]) -> ToolBias {
+fn tool_bias(joints: &JointAngles, [x, y, z, _]: [f64; 4]) -> ToolBias {
     let wrist = Geometry::default().forward(joints);
     let (sin, cos) = joints.j1.to_radians().sin_cos();
     let [dx, dy] = [x - wrist.x, y - wrist.y];

@@ -23,11 +23,11 @@ use crate::runtime::{self, Local};
 use crate::{errors, values};
 
 /// Advice for a file name that is no format of a recording.
-const FORMATS: &str = "use .mcap, .csv or .jsonl for readings, .plan.json or .playback for a program that repeats the \
+const FORMAT_ADVICE: &str = "use .mcap, .csv or .jsonl for readings, .plan.json or .playback for a program that repeats the \
      motion";
 
 /// Packets replayed between two checks for Ctrl-C. A choice: a fraction of a second.
-const STRETCH: usize = 4096;
+const PACKETS_PER_CHECK: usize = 4096;
 
 /// An arm on record.
 #[pyclass(frozen, module = "magician._magician")]
@@ -46,11 +46,11 @@ struct Ending {
     ended: oneshot::Receiver<Result<Summary, RecordError>>,
 }
 
-fn raised(py: Python<'_>, error: RecordError) -> PyErr {
+fn to_exception(py: Python<'_>, error: RecordError) -> PyErr {
     let message = error.to_string();
     match error {
         RecordError::Format(_) => {
-            errors::raise(py, &Error::invalid(format!("{message}; {FORMATS}")))
+            errors::raise(py, &Error::invalid(format!("{message}; {FORMAT_ADVICE}")))
         }
         RecordError::Unwritable { why, .. } | RecordError::Write(why) => {
             std::io::Error::new(why.kind(), message).into()
@@ -82,7 +82,7 @@ async fn record(
             return;
         }
     };
-    let (end, told) = oneshot::channel();
+    let (end, stopped) = oneshot::channel();
     let (tell, ended) = oneshot::channel();
     let inner = Inner {
         tally: Box::new(recorder.progress_reader()),
@@ -91,7 +91,7 @@ async fn record(
     drop(begun.send(Ok(inner)));
     let failed = tokio::select! {
         biased;
-        _ = told => None,
+        _ = stopped => None,
         error = recorder.failed() => Some(error),
     };
     let _ = tell.send(match failed {
@@ -126,7 +126,8 @@ impl Core {
         let (begun, inner) = oneshot::channel();
         // On a separate thread, so that a slow disk does not delay connections.
         let work = record(arm, path, options, begun);
-        let thread = runtime::apart("magician-record", move |runtime| runtime.block_on(work));
+        let thread =
+            runtime::spawn_separately("magician-record", move |runtime| runtime.block_on(work));
         thread.map_err(|error| errors::raise(py, &error))?;
         let inner = async move { Ok::<_, Error>(inner.await) };
         Ok(Call::start(inner, |py, inner| match inner {
@@ -134,7 +135,7 @@ impl Core {
                 let inner = Local::new(inner);
                 Recording { inner }.into_py_any(py)
             }
-            Ok(Err(error)) => Err(raised(py, error)),
+            Ok(Err(error)) => Err(to_exception(py, error)),
             Err(_) => Err(PyRuntimeError::new_err("the recording did not begin")),
         }))
     }
@@ -182,7 +183,7 @@ impl Recording {
                 Some(Ok(ended)) => {
                     (ended.seconds, ended.readings, ended.length, ended.steps).into_py_any(py)
                 }
-                Some(Err(error)) => Err(raised(py, error)),
+                Some(Err(error)) => Err(to_exception(py, error)),
                 None => Err(PyRuntimeError::new_err("the recording was ended")),
             },
         ))
@@ -192,7 +193,7 @@ impl Recording {
 /// Options of a replay.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct How {
+pub(crate) struct ReplayOptions {
     link: Option<String>,
     clock: f64,
     ignore: Vec<String>,
@@ -203,7 +204,7 @@ pub(crate) struct How {
     save: Option<PathBuf>,
 }
 
-impl How {
+impl ReplayOptions {
     fn arm(&self, py: Python<'_>, session: &Replay<'_>) -> PyResult<Controller> {
         let scenario = scenario_of(py, self.scenario.as_deref())?;
         let wrong = |error| errors::raise(py, &Error::invalid(format!("profile: {error}")));
@@ -242,11 +243,11 @@ impl How {
 /// Replays a trace on a virtual arm: counts by their names, and the differences, as
 /// `magician.recordings` has them.
 #[pyfunction]
-pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAny>> {
-    let session = how.session(py, trace)?;
-    let mut arm = how.arm(py, &session)?;
+pub(crate) fn replay(py: Python<'_>, trace: &[u8], options: ReplayOptions) -> PyResult<Py<PyAny>> {
+    let session = options.session(py, trace)?;
+    let mut arm = options.arm(py, &session)?;
     let session = py.detach(|| session.fitted(&arm));
-    let mut file = match &how.save {
+    let mut file = match &options.save {
         Some(path) => Some(WholeFile::create(path)?),
         None => None,
     };
@@ -257,7 +258,7 @@ pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAn
     let mut play = session.play(&mut arm);
     loop {
         let more = py.detach(|| {
-            for _ in 0..STRETCH {
+            for _ in 0..PACKETS_PER_CHECK {
                 let Some(moment) = play.step() else {
                     return Ok(false);
                 };

@@ -22,12 +22,12 @@ use crate::runtime::{self, Local};
 use crate::serving::LOGGER;
 
 /// Longest wait for a stopped job to lift the pen and restore settings.
-const LEAVING: Duration = Duration::from_secs(8);
+const CLEANUP_TIMEOUT: Duration = Duration::from_secs(8);
 
 /// Options of a run.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct How {
+struct JobOptions {
     /// First step, counted from 1.
     first_step: i64,
     resume: bool,
@@ -69,7 +69,7 @@ fn parts(progress: &JobProgress, is_virtual: bool) -> Progress {
 }
 
 /// Converts the result of a job.
-fn found(py: Python<'_>, done: &JobSummary, source: &Source) -> PyResult<Py<PyAny>> {
+fn result_parts(py: Python<'_>, done: &JobSummary, source: &Source) -> PyResult<Py<PyAny>> {
     let parts = PyDict::new(py);
     let end = done.end.as_ref();
     let pen = end.and_then(|end| end.pen_is_up);
@@ -85,7 +85,7 @@ fn found(py: Python<'_>, done: &JobSummary, source: &Source) -> PyResult<Py<PyAn
 }
 
 /// Converts the reason for which a job failed.
-fn why(error: &JobError, source: &Source) -> Arc<Error> {
+fn failure_reason(error: &JobError, source: &Source) -> Arc<Error> {
     let invalid = |message: String| Arc::new(Error::invalid(message));
     match &error.fault {
         Fault::Arm(error) => Arc::clone(error),
@@ -131,8 +131,8 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
 }
 
 /// Describes the state of the arm after a stop. `None` if there is nothing to tell.
-fn said(error: &JobError) -> Option<String> {
-    let said = match (&error.lift, &error.unconfirmed) {
+fn stopped_state_text(error: &JobError) -> Option<String> {
+    let text = match (&error.lift, &error.unconfirmed) {
         (_, Some(doubt)) => {
             format!("the arm was told to stop, but has not confirmed it: {doubt}")
         }
@@ -141,14 +141,14 @@ fn said(error: &JobError) -> Option<String> {
         (PenLift::TimedOut, _) => "the pen may not be up: lifting it took too long".to_owned(),
         _ => return None,
     };
-    Some(said)
+    Some(text)
 }
 
-fn paused(outcome: Result<(), PauseError>) -> magician::Result<()> {
+fn pause_result(outcome: Result<(), PauseError>) -> magician::Result<()> {
     outcome.map_err(|error| Error::new(ErrorCode::RunOver, error.to_string()))
 }
 
-fn resumed(outcome: Result<(), ResumeError>) -> Result<(), Arc<Error>> {
+fn resume_result(outcome: Result<(), ResumeError>) -> Result<(), Arc<Error>> {
     outcome.map_err(|error| match error {
         ResumeError::Arm(error) | ResumeError::Refused(error) => error,
         ResumeError::Program(problem) => Arc::new(Error::from(problem)),
@@ -187,10 +187,13 @@ impl Job {
                     _ => {}
                 }
             }
-            handle.outcome().await.map_err(|error| why(&error, &source))
+            handle
+                .outcome()
+                .await
+                .map_err(|error| failure_reason(&error, &source))
         };
-        let made = move |py: Python<'_>, done: Arc<JobSummary>| found(py, &done, &of_report);
-        Ok(Call::under_way(move || stopping.stop(), task, made))
+        let convert = move |py: Python<'_>, done: Arc<JobSummary>| result_parts(py, &done, &of_report);
+        Ok(Call::under_way(move || stopping.stop(), task, convert))
     }
 
     /// Waits for the cleanup of a stopped job. Returns the state of the arm as text, or `None` if
@@ -198,9 +201,9 @@ impl Job {
     fn over(&self, py: Python<'_>) -> PyResult<Call> {
         let handle = self.inner.get(py)?.handle.clone();
         Ok(Call::waiting(async move {
-            let outcome = tokio::time::timeout(LEAVING, handle.outcome()).await;
+            let outcome = tokio::time::timeout(CLEANUP_TIMEOUT, handle.outcome()).await;
             Ok(match outcome {
-                Ok(Err(error)) => said(&error),
+                Ok(Err(error)) => stopped_state_text(&error),
                 _ => None,
             })
         }))
@@ -209,7 +212,7 @@ impl Job {
     /// Pauses the job.
     fn pause(&self, py: Python<'_>) -> PyResult<Call> {
         let pause = self.inner.get(py)?.handle.pause(PauseReason::Person);
-        Ok(Call::plain(async move { paused(pause.await) }))
+        Ok(Call::plain(async move { pause_result(pause.await) }))
     }
 
     /// Waits until the job is paused or over. Returns the message for the operator, if the plan has
@@ -245,7 +248,7 @@ impl Job {
     /// Resumes the job.
     fn resume(&self, py: Python<'_>) -> PyResult<Call> {
         let resume = self.inner.get(py)?.handle.resume();
-        let resume = async move { resumed(resume.await) };
+        let resume = async move { resume_result(resume.await) };
         Ok(Call::start(resume, |py, ()| Ok(py.None())))
     }
 
@@ -314,39 +317,39 @@ impl Core {
     }
 
     /// Starts a plan as a job.
-    fn start(&self, py: Python<'_>, plan: &PyPlan, how: How) -> PyResult<Job> {
+    fn start(&self, py: Python<'_>, plan: &PyPlan, options: JobOptions) -> PyResult<Job> {
         let raise = |error: Error| Err(errors::raise(py, &error));
-        let Ok(first) = u64::try_from(how.first_step - 1) else {
+        let Ok(first) = u64::try_from(options.first_step - 1) else {
             return raise(Error::invalid("steps are counted from 1"));
         };
-        let arm = self.burning(py, how.allow_laser)?;
-        let arm = if how.unhomed {
+        let arm = self.burning(py, options.allow_laser)?;
+        let arm = if options.unhomed {
             arm.allowing_unhomed()
         } else {
             arm
         };
         let (source, is_virtual) = (plan.source.clone(), arm.is_virtual());
         let mut ending = Ending::default();
-        (ending.stay, ending.park) = (how.stay, how.park);
+        (ending.stay, ending.park) = (options.stay, options.park);
         ending.drawing = source.is_drawing;
-        ending.lift = how.lift.or(source.lift).unwrap_or(ending.lift);
-        let stays = how.stay && ending.draws(&plan.plan);
+        ending.lift = options.lift.or(source.lift).unwrap_or(ending.lift);
+        let stays = options.stay && ending.draws(&plan.plan);
         let program = Program::new(Arc::clone(&plan.plan), Some(1)).pen_stays_down(stays);
         let spec = JobSpec::new(program)
             .ending(ending)
-            .start(if how.resume {
+            .start(if options.resume {
                 StartsWhere::Resume
             } else {
                 StartsWhere::Step(first)
             })
-            .overlap(how.overlap)
+            .overlap(options.overlap)
             .origin(source.name.clone().unwrap_or_default())
-            .keep(how.keep)
-            .require_homed(how.require_homed)
+            .keep(options.keep)
+            .require_homed(options.require_homed)
             .assumes_surface(source.assumed)
-            .check(how.check)
+            .check(options.check)
             .index_may_skip(true)
-            .saved(how.restore.then(SavedSettings::default));
+            .saved(options.restore.then(SavedSettings::default));
         let started = runtime::within(|| {
             // A virtual arm in this process ends with it, so its jobs cannot be resumed later.
             if arm.front_end().is_in_process() {

@@ -24,7 +24,7 @@ use magician::{Error, ErrorCode};
 use crate::{errors, logging};
 
 /// Notification for Python.
-pub(crate) enum News {
+pub(crate) enum Notification {
     /// A call has changed: invoke its listener.
     Call(Arc<Py<PyAny>>),
     /// Log record.
@@ -36,14 +36,14 @@ pub(crate) enum News {
 struct Process {
     id: u32,
     handle: Handle,
-    news: Sender<News>,
+    news: Sender<Notification>,
     speaker: thread::JoinHandle<()>,
     next: OnceLock<Box<Process>>,
 }
 
 /// Linked list of processes, from the one with the first import to the current one. It is only
 /// extended while the interpreter's lock is held, so that no fork copies it half done.
-static FIRST: OnceLock<Box<Process>> = OnceLock::new();
+static FIRST_PROCESS: OnceLock<Box<Process>> = OnceLock::new();
 
 fn failed(error: io::Error) -> Error {
     let message = format!("the system cannot create a timer, poller or thread: {error}");
@@ -59,7 +59,7 @@ fn runtime() -> Result<Runtime, Error> {
 ///
 /// # Errors
 /// The system provides no thread, timer or poller.
-pub(crate) fn apart<T: Send + 'static>(
+pub(crate) fn spawn_separately<T: Send + 'static>(
     name: &str,
     work: impl FnOnce(&Runtime) -> T + Send + 'static,
 ) -> Result<thread::JoinHandle<T>, Error> {
@@ -72,12 +72,12 @@ impl Process {
     fn start(id: u32) -> Result<Self, Error> {
         let runtime = runtime()?;
         let handle = runtime.handle().clone();
-        let (news, told) = channel();
+        let (news, notifications) = channel();
         // Drives the runtime until the process ends.
         let serve = move || runtime.block_on(std::future::pending::<()>());
         let thread = |name: &str| thread::Builder::new().name(name.to_owned());
         thread("magician").spawn(serve).map_err(failed)?;
-        let speaker = thread("magician-news").spawn(move || speak(&told));
+        let speaker = thread("magician-news").spawn(move || deliver_notifications(&notifications));
         let speaker = speaker.map_err(failed)?;
         Ok(Self {
             id,
@@ -91,7 +91,7 @@ impl Process {
     /// Returns the entry of the current process. `None` before its threads are started.
     fn known() -> Option<&'static Self> {
         let id = std::process::id();
-        let mut slot = &FIRST;
+        let mut slot = &FIRST_PROCESS;
         while let Some(process) = slot.get() {
             if process.id == id {
                 return Some(process);
@@ -103,13 +103,13 @@ impl Process {
 }
 
 /// Delivers notifications until the interpreter ends.
-fn speak(told: &Receiver<News>) {
-    for news in told {
+fn deliver_notifications(notifications: &Receiver<Notification>) {
+    for news in notifications {
         match news {
-            News::Last => return,
+            Notification::Last => return,
             // Errors are dropped: an event loop that was closed meanwhile needs no notification.
-            News::Call(listener) => Python::attach(|py| drop(listener.call0(py))),
-            News::Log(record) => Python::attach(|py| record.write(py)),
+            Notification::Call(listener) => Python::attach(|py| drop(listener.call0(py))),
+            Notification::Log(record) => Python::attach(|py| record.write(py)),
         }
     }
 }
@@ -120,10 +120,10 @@ fn speak(told: &Receiver<News>) {
 /// # Errors
 /// `ImportError` for any other interpreter.
 pub(crate) fn first_interpreter(py: Python<'_>) -> PyResult<()> {
-    static FIRST: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    static FIRST_PROCESS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     // Identifies the interpreter: each has its own `sys.modules`.
     let modules = py.import("sys")?.getattr("modules")?;
-    if modules.is(FIRST.get_or_init(py, || modules.clone().unbind())) {
+    if modules.is(FIRST_PROCESS.get_or_init(py, || modules.clone().unbind())) {
         Ok(())
     } else {
         Err(PyImportError::new_err(
@@ -143,7 +143,7 @@ pub(crate) fn ready(py: Python<'_>) -> PyResult<()> {
     // Not at import: if the `magician` command runs in this process, it installs its own log.
     logging::begin();
     let process = Process::start(std::process::id()).map_err(|error| errors::raise(py, &error))?;
-    let mut slot = &FIRST;
+    let mut slot = &FIRST_PROCESS;
     while let Some(before) = slot.get() {
         slot = &before.next;
     }
@@ -166,7 +166,7 @@ pub(crate) fn within<T>(act: impl FnOnce() -> T) -> Option<T> {
 }
 
 /// Queues a notification for Python.
-pub(crate) fn tell(news: News) {
+pub(crate) fn notify(news: Notification) {
     if let Some(process) = Process::known() {
         let _ = process.news.send(news);
     }
@@ -177,7 +177,7 @@ pub(crate) fn end(py: Python<'_>) {
     let Some(process) = Process::known() else {
         return;
     };
-    let _ = process.news.send(News::Last);
+    let _ = process.news.send(Notification::Last);
     py.detach(|| {
         // Polled, because the process keeps the join handle.
         while !process.speaker.is_finished() {

@@ -18,7 +18,7 @@ use pyo3::prelude::*;
 use tokio::sync::oneshot;
 use tracing::{info, warn};
 
-use crate::call::LOOK;
+use crate::call::SIGNAL_CHECK_INTERVAL;
 use crate::cell::{Cell, controller, scenario_of};
 use crate::core::{seconds, target};
 use crate::errors;
@@ -37,22 +37,22 @@ pub(crate) struct Served {
 
 struct Serving {
     end: oneshot::Sender<()>,
-    thread: JoinHandle<Result<(), Broken>>,
+    thread: JoinHandle<Result<(), ServeFailure>>,
 }
 
 /// Reason why serving failed.
-enum Broken {
+enum ServeFailure {
     Arm(Error),
     File(io::Error),
 }
 
-impl From<Error> for Broken {
+impl From<Error> for ServeFailure {
     fn from(error: Error) -> Self {
         Self::Arm(error)
     }
 }
 
-impl From<ServeError> for Broken {
+impl From<ServeError> for ServeFailure {
     fn from(error: ServeError) -> Self {
         let code = match error.kind() {
             ErrorKind::InvalidInput => ErrorCode::InvalidValue,
@@ -62,8 +62,8 @@ impl From<ServeError> for Broken {
     }
 }
 
-impl Broken {
-    fn raised(self, py: Python<'_>) -> PyErr {
+impl ServeFailure {
+    fn into_exception(self, py: Python<'_>) -> PyErr {
         match self {
             Self::Arm(error) => errors::raise(py, &error),
             Self::File(error) => error.into(),
@@ -71,7 +71,7 @@ impl Broken {
     }
 }
 
-fn named(endpoint: &Endpoint) -> (&'static str, String) {
+fn endpoint_parts(endpoint: &Endpoint) -> (&'static str, String) {
     let kind = match endpoint {
         Endpoint::Udp(_) => "udp",
         Endpoint::Tcp(_) => "tcp",
@@ -84,9 +84,9 @@ fn named(endpoint: &Endpoint) -> (&'static str, String) {
 
 /// Endpoints to serve: paths of pseudo-terminals, an address for UDP, one for TCP.
 #[derive(FromPyObject)]
-pub(crate) struct Where(Vec<PathBuf>, Option<String>, Option<String>);
+pub(crate) struct EndpointAddresses(Vec<PathBuf>, Option<String>, Option<String>);
 
-impl Where {
+impl EndpointAddresses {
     fn endpoints(self, py: Python<'_>) -> PyResult<Endpoints> {
         let Self(paths, udp, tcp) = self;
         // Unused on systems without pseudo-terminals.
@@ -115,9 +115,9 @@ impl Where {
 /// Sends the endpoints once all of them accept connections.
 type Ready = Sender<Vec<(&'static str, String)>>;
 
-fn say(ready: &Ready, endpoints: &[Endpoint]) {
+fn send_ready(ready: &Ready, endpoints: &[Endpoint]) {
     // The receiver may be gone: the caller was interrupted, and the end follows.
-    let _ = ready.send(endpoints.iter().map(named).collect());
+    let _ = ready.send(endpoints.iter().map(endpoint_parts).collect());
 }
 
 /// Serves a virtual arm at these endpoints; returns when all of them accept connections.
@@ -127,7 +127,7 @@ pub(crate) fn serve_sim(
     scenario: Option<&str>,
     speed: f64,
     tool: Option<[f64; 3]>,
-    places: Where,
+    places: EndpointAddresses,
 ) -> PyResult<Served> {
     let controller = controller(scenario_of(py, scenario)?.as_ref(), tool);
     let speed = if speed == 0.0 {
@@ -139,19 +139,23 @@ pub(crate) fn serve_sim(
         .speed(speed)
         .endpoints(places.endpoints(py)?)
         .discovery(Discovery::default());
-    Served::start(py, "magician-sim", async move |ready, told| {
-        let server = server.on_ready(move |endpoints| say(&ready, endpoints));
-        Ok(server.serve_until(async { drop(told.await) }).await?)
+    Served::start(py, "magician-sim", async move |ready, stopped| {
+        let server = server.on_ready(move |endpoints| send_ready(&ready, endpoints));
+        Ok(server.serve_until(async { drop(stopped.await) }).await?)
     })
 }
 
 /// Serves an arm of this process at these endpoints. Returns once all of them accept connections.
-pub(crate) fn serve_arm(py: Python<'_>, arm: VirtualArm, places: Where) -> PyResult<Served> {
+pub(crate) fn serve_arm(
+    py: Python<'_>,
+    arm: VirtualArm,
+    places: EndpointAddresses,
+) -> PyResult<Served> {
     let endpoints = places.endpoints(py)?;
-    Served::start(py, "magician-arm", async move |ready, told| {
+    Served::start(py, "magician-arm", async move |ready, stopped| {
         let served = ServedArm::open(arm, &endpoints)?;
-        say(&ready, &served.endpoints());
-        served.serve_until(told).await?.ok();
+        send_ready(&ready, &served.endpoints());
+        served.serve_until(stopped).await?.ok();
         Ok(())
     })
 }
@@ -187,7 +191,7 @@ pub(crate) fn serve_proxy(
     py: Python<'_>,
     port: Option<&str>,
     arm: Option<&Bound<'_, Cell>>,
-    places: Where,
+    places: EndpointAddresses,
     faults: &str,
     trace: Option<PathBuf>,
     fresh: f64,
@@ -199,7 +203,7 @@ pub(crate) fn serve_proxy(
     let endpoints = places.endpoints(py)?;
     let fresh = seconds(py, "fresh", fresh)?;
     let settings = Settings {
-        fresh: u64::try_from(fresh.as_micros()).unwrap_or(u64::MAX),
+        max_reply_age: u64::try_from(fresh.as_micros()).unwrap_or(u64::MAX),
         transparent,
         keep_going,
         ..Settings::default()
@@ -210,7 +214,7 @@ pub(crate) fn serve_proxy(
         Some(_) => Target::Sim(SimSpeed::Max),
         None => py.detach(|| target(port)).map_err(raise)?,
     };
-    Served::start(py, "magician-proxy", async move |ready, mut told| {
+    Served::start(py, "magician-proxy", async move |ready, mut stopped| {
         let opening = async {
             match arm {
                 Some(arm) => RawLine::simulated(arm, options).await,
@@ -219,17 +223,17 @@ pub(crate) fn serve_proxy(
         };
         let line = tokio::select! {
             line = opening => line?,
-            _ = &mut told => return Ok(()),
+            _ = &mut stopped => return Ok(()),
         };
         let name = line.name().to_owned();
         let mut proxy = ProxyServer::open(line, &endpoints, settings)?.observed(log);
         if let Some(path) = trace {
-            let named = |error: io::Error| {
+            let with_path = |error: io::Error| {
                 let message = format!("{} cannot be written: {error}", path.display());
-                Broken::File(io::Error::new(error.kind(), message))
+                ServeFailure::File(io::Error::new(error.kind(), message))
             };
-            let file = BufWriter::new(WholeFile::grow(&path).map_err(named)?);
-            proxy = proxy.traced(file).map_err(named)?;
+            let file = BufWriter::new(WholeFile::grow(&path).map_err(with_path)?);
+            proxy = proxy.traced(file).map_err(with_path)?;
         }
         let endpoints = proxy.endpoints();
         for endpoint in endpoints.iter().filter(|endpoint| endpoint.is_exposed()) {
@@ -241,8 +245,8 @@ pub(crate) fn serve_proxy(
                 );
             }
         }
-        say(&ready, &endpoints);
-        proxy.serve_until(told).await?.ok();
+        send_ready(&ready, &endpoints);
+        proxy.serve_until(stopped).await?.ok();
         Ok(())
     })
 }
@@ -253,16 +257,19 @@ impl Served {
     fn start(
         py: Python<'_>,
         name: &str,
-        serve: impl AsyncFnOnce(Ready, oneshot::Receiver<()>) -> Result<(), Broken> + Send + 'static,
+        serve: impl AsyncFnOnce(Ready, oneshot::Receiver<()>) -> Result<(), ServeFailure>
+        + Send
+        + 'static,
     ) -> PyResult<Self> {
         let (ready, begun) = channel();
-        let (end, told) = oneshot::channel();
-        let thread = runtime::apart(name, move |runtime| runtime.block_on(serve(ready, told)));
+        let (end, stopped) = oneshot::channel();
+        let thread =
+            runtime::spawn_separately(name, move |runtime| runtime.block_on(serve(ready, stopped)));
         let thread = thread.map_err(|error| errors::raise(py, &error))?;
         let begun = Mutex::new(begun);
         let begun = || {
             let begun = begun.lock().unwrap_or_else(PoisonError::into_inner);
-            begun.recv_timeout(LOOK)
+            begun.recv_timeout(SIGNAL_CHECK_INTERVAL)
         };
         // Wait until it serves, or until its thread ends with the reason. An interrupt drops the
         // sender and so ends the thread.
@@ -272,7 +279,7 @@ impl Served {
                 Err(RecvTimeoutError::Timeout) => py.check_signals()?,
                 Err(RecvTimeoutError::Disconnected) => {
                     return Err(match py.detach(move || thread.join()) {
-                        Ok(Err(error)) => error.raised(py),
+                        Ok(Err(error)) => error.into_exception(py),
                         _ => {
                             let message = "it ended before it was served";
                             errors::raise(py, &Error::new(ErrorCode::PortFailed, message))
@@ -321,7 +328,7 @@ impl Served {
             if timeout.is_some_and(|timeout| begun.elapsed().as_secs_f64() >= timeout) {
                 return Ok(true);
             }
-            py.detach(|| std::thread::sleep(LOOK));
+            py.detach(|| std::thread::sleep(SIGNAL_CHECK_INTERVAL));
             py.check_signals()?;
         }
         Ok(false)
@@ -335,7 +342,7 @@ impl Served {
         // Fails if serving has already ended by itself.
         let _ = serving.end.send(());
         match py.detach(move || serving.thread.join()) {
-            Ok(Err(error)) => Err(error.raised(py)),
+            Ok(Err(error)) => Err(error.into_exception(py)),
             _ => Ok(()),
         }
     }

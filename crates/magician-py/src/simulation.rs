@@ -31,13 +31,13 @@ struct Start {
 
 /// An arm with its random number generator.
 #[derive(Clone)]
-struct One {
+struct SimulatedArm {
     arm: Simulation,
     dice: Dice,
 }
 
 impl Start {
-    fn begin(&self, mut dice: Dice) -> Result<One, Error> {
+    fn begin(&self, mut dice: Dice) -> Result<SimulatedArm, Error> {
         let mut share = || dice.share();
         let scattered = match &self.scenario {
             Some(scenario) if self.object_noise > 0.0 => {
@@ -55,7 +55,7 @@ impl Start {
             arm.unlock(false);
         }
         let arm = Simulation::new(arm, self.speed)?;
-        Ok(One { arm, dice })
+        Ok(SimulatedArm { arm, dice })
     }
 }
 
@@ -63,7 +63,7 @@ impl Start {
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Saved {
     pub(crate) arm: Controller,
-    one: Option<One>,
+    one: Option<SimulatedArm>,
 }
 
 impl Saved {
@@ -85,13 +85,13 @@ impl Saved {
 pub(crate) struct Sims {
     start: Start,
     kind: ActionKind,
-    arms: Mutex<Vec<One>>,
+    arms: Mutex<Vec<SimulatedArm>>,
 }
 
 /// Rows of pose, joints and time; and rows of flags: moving, refused, alarm, holding.
-type Looks<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>);
+type SnapshotRows<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
-fn told<'py>(py: Python<'py>, seen: &[Observation]) -> Looks<'py> {
+fn snapshot_rows<'py>(py: Python<'py>, seen: &[Observation]) -> SnapshotRows<'py> {
     let row = |seen: &Observation| {
         let [x, y, z, r] = seen.pose;
         let [j1, j2, j3, j4] = seen.joints;
@@ -105,10 +105,10 @@ fn told<'py>(py: Python<'py>, seen: &[Observation]) -> Looks<'py> {
 
 /// Applies `act` to each arm, on up to `threads` threads. The results do not depend on the number
 /// of threads.
-fn each<T: Send>(
-    arms: &mut [One],
+fn for_each_arm<T: Send>(
+    arms: &mut [SimulatedArm],
     threads: usize,
-    act: impl Fn(usize, &mut One) -> T + Sync,
+    act: impl Fn(usize, &mut SimulatedArm) -> T + Sync,
 ) -> Vec<T> {
     let part = arms.len().div_ceil(threads.max(1)).max(1);
     let act = &act;
@@ -134,7 +134,7 @@ fn each<T: Send>(
 }
 
 impl Sims {
-    fn arms(&self) -> MutexGuard<'_, Vec<One>> {
+    fn arms(&self) -> MutexGuard<'_, Vec<SimulatedArm>> {
         self.arms.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -143,7 +143,7 @@ impl Sims {
         &self,
         py: Python<'_>,
         nth: usize,
-        act: impl FnOnce(&mut One) -> T + Send,
+        act: impl FnOnce(&mut SimulatedArm) -> T + Send,
     ) -> PyResult<T> {
         let done = py.detach(|| self.arms().get_mut(nth).map(act));
         done.ok_or_else(|| {
@@ -183,7 +183,7 @@ impl Sims {
             object_noise,
             joint_noise,
         };
-        let begun: Result<Vec<One>, Error> = py.detach(|| {
+        let begun: Result<Vec<SimulatedArm>, Error> = py.detach(|| {
             let seeds = (seed..).take(count);
             seeds.map(|seed| start.begin(Dice::new(seed))).collect()
         });
@@ -207,7 +207,7 @@ impl Sims {
             let marked = |nth: usize| {
                 which.is_none_or(|which| which.get(nth).is_some_and(|mark| *mark != 0))
             };
-            let begin = |nth: usize, one: &mut One| {
+            let begin = |nth: usize, one: &mut SimulatedArm| {
                 if marked(nth) {
                     let dice = match seed {
                         Some(seed) => Dice::new(seed.wrapping_add(nth as u64)),
@@ -217,7 +217,7 @@ impl Sims {
                 }
                 Ok(())
             };
-            each(&mut self.arms(), threads, begin)
+            for_each_arm(&mut self.arms(), threads, begin)
                 .into_iter()
                 .collect::<Result<(), Error>>()
         });
@@ -232,7 +232,7 @@ impl Sims {
         columns: usize,
         time: Option<f64>,
         threads: usize,
-    ) -> PyResult<Looks<'py>> {
+    ) -> PyResult<SnapshotRows<'py>> {
         let time = time.map(|time| seconds(py, "dt", time)).transpose()?;
         let values = floats(actions);
         let seen = py.detach(|| {
@@ -240,7 +240,7 @@ impl Sims {
             if values.len() != arms.len() * columns || !(4..=5).contains(&columns) {
                 return None;
             }
-            let step = |nth: usize, one: &mut One| {
+            let step = |nth: usize, one: &mut SimulatedArm| {
                 let row = values.get(nth * columns..).unwrap_or_default();
                 let tool = row.get(4).filter(|_| columns == 5);
                 let action = StepAction {
@@ -249,16 +249,16 @@ impl Sims {
                 };
                 one.arm.step(self.kind, action, time)
             };
-            Some(each(&mut arms, threads, step))
+            Some(for_each_arm(&mut arms, threads, step))
         });
         let seen = seen.ok_or_else(|| PyValueError::new_err("as many actions as arms"))?;
-        Ok(told(py, &seen))
+        Ok(snapshot_rows(py, &seen))
     }
 
     /// Snapshots of all arms.
-    fn look<'py>(&self, py: Python<'py>) -> Looks<'py> {
+    fn look<'py>(&self, py: Python<'py>) -> SnapshotRows<'py> {
         let seen: Vec<_> = py.detach(|| self.arms().iter().map(|one| one.arm.observe()).collect());
-        told(py, &seen)
+        snapshot_rows(py, &seen)
     }
 
     /// Names of the objects.
@@ -294,7 +294,7 @@ impl Sims {
     fn restore(&self, py: Python<'_>, nth: usize, saved: &Saved) -> PyResult<()> {
         let arm = match &saved.one {
             Some(one) => Ok(one.clone()),
-            None => Simulation::new(saved.arm.clone(), self.start.speed).map(|arm| One {
+            None => Simulation::new(saved.arm.clone(), self.start.speed).map(|arm| SimulatedArm {
                 arm,
                 dice: Dice::new(0),
             }),
@@ -314,11 +314,11 @@ impl Sims {
     ) -> PyResult<Bound<'py, PyByteArray>> {
         let view = if top { View::Top } else { View::Side };
         let drawn = py.detach(|| {
-            let arms: Option<Vec<One>> = {
+            let arms: Option<Vec<SimulatedArm>> = {
                 let arms = self.arms();
                 which.iter().map(|nth| arms.get(*nth).cloned()).collect()
             };
-            let drawn = each(&mut arms?, threads, |_, one| {
+            let drawn = for_each_arm(&mut arms?, threads, |_, one| {
                 pixels(one.arm.arm(), view, size)
             });
             drawn.into_iter().collect::<Option<Vec<_>>>()

@@ -14,12 +14,12 @@ use serde_json::Value;
 use tokio::sync::{Mutex as Turn, broadcast, watch};
 
 use crate::call::Call;
-use crate::core::{Core, Ends, options, with_fence};
+use crate::core::{Core, StationLines, options, with_fence};
 use crate::errors;
 use crate::runtime::{self, Local};
 
 /// Longest time for the end of a session.
-const FAREWELL: Duration = Duration::from_secs(1);
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A session at a station.
 #[pyclass(frozen, weakref, module = "magician._magician")]
@@ -33,19 +33,19 @@ pub(crate) struct Station {
 /// The notifications of a station, and whether it is connected.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Notices {
-    inner: Local<Arc<Turn<Heard>>>,
+    inner: Local<Arc<Turn<NoticeReceiver>>>,
 }
 
-struct Heard {
+struct NoticeReceiver {
     notices: broadcast::Receiver<Notice>,
     connection: watch::Receiver<Connection>,
 }
 
 /// Next message: method and parameters of a notification, or a change of the connection.
-type News = Option<(String, String)>;
+type NextMessage = Option<(String, String)>;
 
-impl Heard {
-    async fn next(&mut self) -> News {
+impl NoticeReceiver {
+    async fn next(&mut self) -> NextMessage {
         use broadcast::error::RecvError;
         tokio::select! {
             // Deliver pending notifications before the change of the connection that followed them.
@@ -73,9 +73,9 @@ fn name(connection: Connection) -> &'static str {
 }
 
 /// Creates the exception of a failed request.
-fn raised(py: Python<'_>, error: &ClientError) -> PyErr {
+fn to_exception(py: Python<'_>, error: &ClientError) -> PyErr {
     let made = || -> PyResult<PyErr> {
-        let refused = py.import("magician._told")?.getattr("refused")?;
+        let refused = py.import("magician._conversion")?.getattr("refused")?;
         let (code, data) = match error {
             // "Invalid params" of JSON-RPC 2.0.
             ClientError::Address(_) => (-32602, None),
@@ -102,19 +102,19 @@ fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Converts a result to JSON text.
-fn told(py: Python<'_>, outcome: Result<Value, ClientError>) -> PyResult<Py<PyAny>> {
+fn to_json(py: Python<'_>, outcome: Result<Value, ClientError>) -> PyResult<Py<PyAny>> {
     match outcome {
         Ok(value) => value.to_string().into_py_any(py),
-        Err(error) => Err(raised(py, &error)),
+        Err(error) => Err(to_exception(py, &error)),
     }
 }
 
 /// Starts a request to a station.
-fn asking<F>(task: F) -> Call
+fn request_call<F>(task: F) -> Call
 where
     F: Future<Output = Result<Value, ClientError>> + Send + 'static,
 {
-    Call::start(async move { Ok::<_, Error>(task.await) }, told)
+    Call::start(async move { Ok::<_, Error>(task.await) }, to_json)
 }
 
 /// Parses parameters from JSON.
@@ -125,7 +125,7 @@ fn parameters(py: Python<'_>, text: &str) -> PyResult<Value> {
 
 /// Returns the station that the port names, or `MAGICIAN_PORT` if no port is given. `None` if it is
 /// not a URL.
-pub(crate) fn named(port: Option<&str>) -> Option<String> {
+pub(crate) fn url_of(port: Option<&str>) -> Option<String> {
     let environment = std::env::var("MAGICIAN_PORT").ok();
     let port = port.or(environment.as_deref())?;
     let schemes = ["http://", "https://", "ws://", "wss://"];
@@ -136,7 +136,7 @@ pub(crate) fn named(port: Option<&str>) -> Option<String> {
 
 /// Connects to an arm at `http://HOST:PORT/ARM`, in a new session.
 pub(crate) fn arm_at(py: Python<'_>, url: String, options: Options) -> PyResult<Call> {
-    let ends = Ends::default();
+    let ends = StationLines::default();
     let lines = Arc::clone(&ends);
     let opening = async move {
         let address: StationAddress = url.parse().map_err(Error::invalid)?;
@@ -154,7 +154,7 @@ async fn open(
     client: StationClient,
     arm: Option<String>,
     options: Options,
-    ends: Ends,
+    ends: StationLines,
 ) -> magician::Result<Arm> {
     let arms = client.hello()["arms"]
         .as_array()
@@ -183,7 +183,7 @@ async fn open(
             // Permissions for laser and danger are checked by this process, and by the role at the
             // station.
             let (line, end) = StationLine::open(&client, arm.as_deref(), true);
-            let mut ends = held(&ends);
+            let mut ends = locked(&ends);
             ends.retain(|end| !end.is_finished());
             ends.push(end);
             Ok(line)
@@ -193,8 +193,8 @@ async fn open(
 }
 
 impl Station {
-    fn held(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Option<StationClient>>> {
-        Ok(held(self.client.get(py)?))
+    fn locked(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Option<StationClient>>> {
+        Ok(locked(self.client.get(py)?))
     }
 
     fn client(&self, py: Python<'_>) -> PyResult<StationClient> {
@@ -215,7 +215,7 @@ impl Station {
             Ok::<_, Error>(StationClient::connect(&url, &name, token.as_deref()).await)
         };
         Ok(Call::start(connecting, |py, client| {
-            let client = client.map_err(|error| raised(py, &error))?;
+            let client = client.map_err(|error| to_exception(py, &error))?;
             let hello = client.hello().to_string();
             let client = Local::new(Mutex::new(Some(client)));
             let leases = Arc::default();
@@ -242,17 +242,19 @@ impl Station {
     /// Calls a method. Parameters and result are JSON.
     fn call(&self, py: Python<'_>, method: String, params: &str) -> PyResult<Call> {
         let (client, params) = (self.client(py)?, parameters(py, params)?);
-        Ok(asking(async move { client.call(&method, params).await }))
+        Ok(request_call(
+            async move { client.call(&method, params).await },
+        ))
     }
 
     /// Calls a method that acquires a lease, as `call`.
     fn lease(&self, py: Python<'_>, method: String, params: &str) -> PyResult<Call> {
         let (client, params) = (self.client(py)?, parameters(py, params)?);
         let leases = Arc::clone(&self.leases);
-        Ok(asking(async move {
+        Ok(request_call(async move {
             let granted = client.lease(&method, params).await?;
             let lease = granted["lease"].as_str().map(str::to_owned);
-            held(&leases).extend(lease);
+            locked(&leases).extend(lease);
             Ok(granted)
         }))
     }
@@ -260,13 +262,13 @@ impl Station {
     /// Releases a lease.
     fn release(&self, py: Python<'_>, lease: String) -> PyResult<Call> {
         let client = self.client(py)?;
-        let mut leases = held(&self.leases);
+        let mut leases = locked(&self.leases);
         if let Some(at) = leases.iter().position(|held| *held == lease) {
             leases.swap_remove(at);
         }
         drop(leases);
         let releasing = async move { client.release(&lease).await.map(|()| Value::Null) };
-        Ok(asking(releasing))
+        Ok(request_call(releasing))
     }
 
     /// Sends a notification, which has no reply.
@@ -279,7 +281,7 @@ impl Station {
     /// Subscribes to notifications from now on.
     fn notices(&self, py: Python<'_>) -> PyResult<Notices> {
         let client = self.client(py)?;
-        let heard = Heard {
+        let heard = NoticeReceiver {
             notices: client.notices(),
             connection: client.connection(),
         };
@@ -304,7 +306,7 @@ impl Station {
     ) -> PyResult<Call> {
         let options = options(py, timeout, window, probe, reconnect, echo)?;
         let options = with_fence(py, options, fence)?;
-        let (client, ends) = (self.client(py)?, Ends::default());
+        let (client, ends) = (self.client(py)?, StationLines::default());
         let lines = Arc::clone(&ends);
         Core::connecting_by(py, open(client, arm, options, lines), ends)
     }
@@ -313,7 +315,7 @@ impl Station {
     /// with that arm.
     fn close(&self, py: Python<'_>) -> PyResult<Call> {
         let client = self.held(py)?.take();
-        let leases = std::mem::take(&mut *held(&self.leases));
+        let leases = std::mem::take(&mut *locked(&self.leases));
         Ok(Call::lasting(async move {
             if let Some(client) = client {
                 let giving_back = async {
@@ -323,11 +325,11 @@ impl Station {
                         let _ = client.release(lease).await;
                     }
                 };
-                let _ = tokio::time::timeout(FAREWELL, giving_back).await;
+                let _ = tokio::time::timeout(CLOSE_TIMEOUT, giving_back).await;
                 let mut connection = client.connection();
                 drop(client);
                 let over = async { while connection.changed().await.is_ok() {} };
-                let _ = tokio::time::timeout(FAREWELL, over).await;
+                let _ = tokio::time::timeout(CLOSE_TIMEOUT, over).await;
             }
             Ok(())
         }))
@@ -346,6 +348,8 @@ impl Notices {
     fn next(&self, py: Python<'_>) -> PyResult<Call> {
         let inner = Arc::clone(self.inner.get(py)?);
         let next = async move { Ok::<_, Error>(inner.lock().await.next().await) };
-        Ok(Call::start(next, |py, news: News| news.into_py_any(py)))
+        Ok(Call::start(next, |py, news: NextMessage| {
+            news.into_py_any(py)
+        }))
     }
 }

@@ -63,7 +63,7 @@ impl Drop for Inner {
 }
 
 /// Completes when the line to the arm is lost for good. Returns the reason.
-async fn gone(arm: &Arm, mut events: Events) -> Error {
+async fn wait_for_loss(arm: &Arm, mut events: Events) -> Error {
     loop {
         match arm.link() {
             Link::Up | Link::Lost { sought: true, .. } => {}
@@ -168,7 +168,7 @@ impl Lesson {
         let events = arm.events();
         Ok(Call::start(
             async move {
-                let gone = gone(&arm, events);
+                let gone = wait_for_loss(&arm, events);
                 tokio::select! {
                     biased;
                     taught = points.wait_for(|points| points.len() > nth) => {

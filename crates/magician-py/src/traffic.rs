@@ -13,25 +13,25 @@ use pyo3::types::{PyBytes, PyList, PyModule, PyTuple};
 use crate::{errors, values};
 
 /// Collects decoded pieces as objects of `magician.traffic`.
-struct Pieces<'py> {
+struct PieceCollector<'py> {
     module: Bound<'py, PyModule>,
     commands: Bound<'py, PyModule>,
     found: Bound<'py, PyList>,
     /// Current run of noise: its position and bytes.
-    noise: Option<(Where, Vec<u8>)>,
+    noise: Option<(PieceSource, Vec<u8>)>,
 }
 
 /// Offset, link, and time in s since 1970.
-type Where = (u64, Option<String>, Option<f64>);
+type PieceSource = (u64, Option<String>, Option<f64>);
 
-fn place(place: &Place<'_>) -> Where {
+fn place(place: &Place<'_>) -> PieceSource {
     let origin = &place.origin;
     let link = origin.link.map(|(_, name)| name.to_owned());
     let time = origin.time.map(|time| time as f64 / 1e6);
     (place.offset, link.filter(|name| !name.is_empty()), time)
 }
 
-impl<'py> Pieces<'py> {
+impl<'py> PieceCollector<'py> {
     fn new(py: Python<'py>) -> PyResult<Self> {
         Ok(Self {
             module: py.import("magician.traffic")?,
@@ -43,7 +43,7 @@ impl<'py> Pieces<'py> {
 
     fn bad(
         &self,
-        at: Where,
+        at: PieceSource,
         bytes: &[u8],
         error: &str,
         why: &str,
@@ -84,7 +84,7 @@ impl<'py> Pieces<'py> {
     }
 }
 
-impl Sink for Pieces<'_> {
+impl Sink for PieceCollector<'_> {
     type Error = PyErr;
 
     fn frame(
@@ -116,7 +116,7 @@ impl Sink for Pieces<'_> {
         let form = (u32::from(frame.id()), meant.name, direction);
         let carried = (value, index, PyBytes::new(py, frame.params()));
         let flags = (meant.write, meant.queued);
-        let decoded = py.import("magician._told")?.getattr("decoded")?;
+        let decoded = py.import("magician._conversion")?.getattr("decoded")?;
         self.found
             .append(decoded.call1((seen, form, flags, carried, notes))?)
     }
@@ -159,7 +159,7 @@ pub(crate) fn pieces(
         Some("arm") => Some(Direction::Reply),
         Some(_) => return Err(PyTypeError::new_err("the sender is \"host\" or \"arm\"")),
     };
-    let mut decoder = Decoder::new(sender, Pieces::new(py)?);
+    let mut decoder = Decoder::new(sender, PieceCollector::new(py)?);
     if is_trace(data) {
         let wrong = decoder.capture(data)?;
         let (_, pieces) = decoder.finish()?;
@@ -171,7 +171,7 @@ pub(crate) fn pieces(
     }
     let text = std::str::from_utf8(data).ok();
     match text.filter(|text| file && hex::is_hex(text)) {
-        Some(text) => decoder.push(Origin::default(), &unhexed(py, text)?)?,
+        Some(text) => decoder.push(Origin::default(), &parse_hex(py, text)?)?,
         None => decoder.push(Origin::default(), data)?,
     }
     let (_, pieces) = decoder.finish()?;
@@ -184,10 +184,10 @@ pub(crate) fn hex_bytes<'py>(py: Python<'py>, text: &str) -> PyResult<Option<Bou
     if !hex::is_hex(text) {
         return Ok(None);
     }
-    Ok(Some(PyBytes::new(py, &unhexed(py, text)?)))
+    Ok(Some(PyBytes::new(py, &parse_hex(py, text)?)))
 }
 
-fn unhexed(py: Python<'_>, text: &str) -> PyResult<Vec<u8>> {
+fn parse_hex(py: Python<'_>, text: &str) -> PyResult<Vec<u8>> {
     hex::bytes(text)
         .map_err(|error| errors::raise(py, &magician::Error::invalid(error.to_string())))
 }

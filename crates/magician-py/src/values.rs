@@ -30,10 +30,10 @@ pub(crate) struct Kind {
 /// `TypeError` for any other object.
 pub(crate) fn kind(command: &Bound<'_, PyAny>) -> PyResult<Kind> {
     let py = command.py();
-    let said = |name| command.getattr(name);
+    let attribute = |name| command.getattr(name);
     let read = || -> PyResult<Option<Kind>> {
-        let id = said(pyo3::intern!(py, "ID"))?.extract::<u8>()?;
-        let name = said(pyo3::intern!(py, "LAYOUT"))?;
+        let id = attribute(pyo3::intern!(py, "ID"))?.extract::<u8>()?;
+        let name = attribute(pyo3::intern!(py, "LAYOUT"))?;
         let name = name.extract::<std::borrow::Cow<'_, str>>()?;
         let row = Row::with_id(id);
         Ok(row.and_then(|row| {
@@ -110,7 +110,8 @@ pub(crate) fn encode(
         if value.is_none() && field.optional {
             break;
         }
-        put(field, &value, &mut writer).map_err(|error| named(py, row, field, &error))?;
+        write_value(field, &value, &mut writer)
+            .map_err(|error| with_field_name(py, row, field, &error))?;
     }
     let count = writer.finish();
     let count = count.map_err(|error| errors::invalid(py, layout.name, error.to_string()))?;
@@ -119,7 +120,7 @@ pub(crate) fn encode(
 
 /// Puts the name of the field before an error. A `TypeError` stays one; any other becomes an
 /// invalid value.
-fn named(py: Python<'_>, row: &Row, field: &Field, error: &PyErr) -> PyErr {
+fn with_field_name(py: Python<'_>, row: &Row, field: &Field, error: &PyErr) -> PyErr {
     let message = format!("{}: {}", field.name, error.value(py));
     if error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyAttributeError>(py) {
         PyTypeError::new_err(format!("{}.{message}", row.name))
@@ -128,7 +129,7 @@ fn named(py: Python<'_>, row: &Row, field: &Field, error: &PyErr) -> PyErr {
     }
 }
 
-fn put(field: &Field, value: &Bound<'_, PyAny>, writer: &mut Writer<'_>) -> PyResult<()> {
+fn write_value(field: &Field, value: &Bound<'_, PyAny>, writer: &mut Writer<'_>) -> PyResult<()> {
     match field.ty {
         FieldType::Scalar(kind) => scalar(kind, value, writer)?,
         FieldType::Flag | FieldType::Enum(_) => {

@@ -1,6 +1,6 @@
 //! Remedies for errors and notes in terms of Python: methods and arguments.
 
-use magician::{Action, Given, PinUse, Setting, Voice};
+use magician::{Action, PinUse, Setting, SettingValue, Voice};
 
 /// [`Voice`] of the Python package.
 pub(crate) struct Python;
@@ -29,7 +29,7 @@ impl Voice for Python {
         format!("`{call}`")
     }
 
-    fn give(&self, setting: Setting, given: &Given) -> String {
+    fn give(&self, setting: Setting, given: &SettingValue) -> String {
         // These two are methods of their own, not arguments.
         match setting {
             Setting::Loops => return "`plan.repeated(times)`".to_owned(),
@@ -37,16 +37,16 @@ impl Voice for Python {
             _ => {}
         }
         let value = match given {
-            Given::On => "True".to_owned(),
-            Given::Off => "False".to_owned(),
-            Given::Number(number) => number.to_string(),
-            Given::Point(x, y) => format!("({x}, {y})"),
-            Given::Position([x, y, z]) => format!("({x:.3}, {y:.3}, {z:.3})"),
-            Given::Word(word) => format!("\"{word}\""),
-            Given::Any(name) if name.contains(',') => {
+            SettingValue::On => "True".to_owned(),
+            SettingValue::Off => "False".to_owned(),
+            SettingValue::Number(number) => number.to_string(),
+            SettingValue::Point(x, y) => format!("({x}, {y})"),
+            SettingValue::Position([x, y, z]) => format!("({x:.3}, {y:.3}, {z:.3})"),
+            SettingValue::Word(word) => format!("\"{word}\""),
+            SettingValue::Any(name) if name.contains(',') => {
                 format!("({})", name.to_lowercase().replace(',', ", "))
             }
-            Given::Any(name) => name.to_lowercase().replace('/', "_per_"),
+            SettingValue::Any(name) => name.to_lowercase().replace('/', "_per_"),
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         };

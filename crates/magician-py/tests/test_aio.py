@@ -131,7 +131,7 @@ async def begun(arm: aio.Arm) -> None:
             return
 
 
-def test_whoever_cancels_stops_the_arm() -> None:
+def test_cancelling_a_wait_stops_the_arm() -> None:
     async def test() -> None:
         async with aio.Arm.connect("sim:1") as arm:
             await arm.clear_alarms()

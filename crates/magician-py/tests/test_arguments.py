@@ -158,7 +158,7 @@ def test_names_in_place_of_lists_of_names() -> None:
         magician.discover("arm.local")
 
 
-def test_ports_that_are_none() -> None:
+def test_invalid_ports_are_refused() -> None:
     for port in (5, b"sim", Arm):
         with pytest.raises(TypeError, match=r"port is .*; it takes a name, a path or a virtual arm"):
             Arm(port)  # type: ignore[arg-type]

@@ -13,7 +13,7 @@ from typing import Any
 
 import magician
 import pytest
-from magician import Arm, _told, commands, errors, words
+from magician import Arm, _conversion, commands, errors, words
 from magician.commands import IoFunction, Port, RailVersion, SensorVersion, Stepper
 
 FOUR = (10.0, 20.0, 30.0, 40.0)
@@ -114,7 +114,7 @@ def test_tools_and_pins(arm: Arm) -> None:
     arm.wait_at_least(12, 0)
 
 
-def test_pin_is_driven_only_as_what_it_is(arm: Arm) -> None:
+def test_pin_is_driven_only_by_its_function(arm: Arm) -> None:
     way_out = (
         r"EIO 6 has no function, it has to be a digital output; "
         r'.*`arm\.multiplex\(6, "digital-output"\)` gives it'
@@ -130,7 +130,7 @@ def test_pin_is_driven_only_as_what_it_is(arm: Arm) -> None:
         arm.servo(6, 1.5)
 
 
-def test_belt_is_not_told_to_run_faster_than_it_can(arm: Arm) -> None:
+def test_belt_speed_beyond_its_limit_is_refused(arm: Arm) -> None:
     with pytest.raises(errors.InvalidInputError, match=r"mm_per_s is .* from -120 to 120"):
         arm.conveyor(Stepper.STEPPER1, 500)
     with pytest.raises(errors.InvalidInputError, match=r"mm_per_s is .* from -120 to 120"):
@@ -161,7 +161,7 @@ def test_rail(arm: Arm) -> None:
     assert arm.rail_position() == 350
 
 
-def test_who_it_is(arm: Arm) -> None:
+def test_info_identifies_the_arm(arm: Arm) -> None:
     info = arm.info()
     assert info.port == arm.name == "sim"
     assert info.firmware.count(".") == 2
@@ -289,7 +289,7 @@ def test_require_homed() -> None:
         arm.perform([words.wait(0.1)], require_homed=True)
 
 
-def test_verbs_refuse_what_makes_no_sense(arm: Arm) -> None:
+def test_verbs_refuse_invalid_commands(arm: Arm) -> None:
     untyped: Any = arm
     calls: list[tuple[Callable[[], object], type[Exception], str]] = [
         (lambda: untyped.get(commands.WaitCmd), errors.InvalidInputError, "cannot be read"),
@@ -475,18 +475,18 @@ def test_discovery() -> None:
 def test_errors_travel() -> None:
     import pickle
 
-    error = _told.error("alarm", "text", alarms=[0x11], command="SetPTPCmd")
+    error = _conversion.error("alarm", "text", alarms=[0x11], command="SetPTPCmd")
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is errors.AlarmError and again.alarms == error.alarms and str(again) == "text"
-    port = _told.error("port", "gone")
+    port = _conversion.error("port", "gone")
     assert str(pickle.loads(pickle.dumps(port))) == "gone"
-    assert type(_told.error("new", "text")) is magician.Error
-    away = _told.error("invalid-input", "text", code="not-homed", remedies=["home"], step=2)
+    assert type(_conversion.error("new", "text")) is magician.Error
+    away = _conversion.error("invalid-input", "text", code="not-homed", remedies=["home"], step=2)
     again = pickle.loads(pickle.dumps(away))
     assert (again.code, again.remedies, again.step) == ("not-homed", ("home",), 2)
 
 
-def test_every_error_says_in_python_what_to_do() -> None:
+def test_remedies_of_errors_are_worded_for_python() -> None:
     from magician._magician import every_error
 
     every = every_error()
@@ -543,7 +543,7 @@ def test_every_parameter_has_a_line_of_its_own() -> None:
     assert not [line for page in described for line in page.splitlines() if " :param" in line]
 
 
-def test_a_wait_in_a_stopped_queue_says_what_to_do(arm: Arm) -> None:
+def test_wait_in_a_stopped_queue_names_the_remedy(arm: Arm) -> None:
     arm.stop_gentle()
     index = arm.enqueue(words.wait(3600))
     with pytest.raises(

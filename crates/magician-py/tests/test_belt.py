@@ -40,7 +40,7 @@ def off_the_middle(cell: VirtualArm, name: str) -> float:
 
 
 @pytest.mark.parametrize("speed", [15, 30, 60])
-def test_what_passes_is_met_in_its_middle(speed: float) -> None:
+def test_passing_object_is_picked_at_its_middle(speed: float) -> None:
     cell = VirtualArm(BELT)
     arm = ready(cell)
     arm.conveyor(0, speed)
@@ -75,7 +75,7 @@ def test_one_after_the_other_is_picked_where_a_sensor_sees_it() -> None:
 
 
 @pytest.mark.parametrize(("lead", "held"), [(0.0, True), (0.1, True), (0.2, False), (-0.2, False)])
-def test_what_is_met_too_soon_or_too_late_by_a_few_mm_is_not_picked(lead: float, held: bool) -> None:
+def test_pick_a_few_mm_early_or_late_misses_the_object(lead: float, held: bool) -> None:
     """At 30 mm/s 0.2 s are 6 mm: beside a cube of 8 mm."""
     cell = VirtualArm(BELT)
     arm = ready(cell)
@@ -86,7 +86,7 @@ def test_what_is_met_too_soon_or_too_late_by_a_few_mm_is_not_picked(lead: float,
         assert off_the_middle(cell, "one") == pytest.approx(30 * abs(lead), abs=30 * PERIOD)
 
 
-def test_what_cannot_be_met_is_said_before_anything_moves() -> None:
+def test_impossible_interception_is_refused_before_any_motion() -> None:
     cell = VirtualArm(BELT)
     arm = ready(cell)
     before = cell.position, arm.current_index()
@@ -133,7 +133,7 @@ def test_a_handle_is_given_at_once() -> None:
     assert not cell.object("one").held and cell.object("one").position.x == pytest.approx(200, abs=0.5)
 
 
-def test_what_was_there_when_it_was_called_is_met_after_the_motions_before_it() -> None:
+def test_interception_counts_from_the_call_despite_earlier_motions() -> None:
     # At full speed the wait would end before the second call reads the clock.
     cell = VirtualArm(BELT, speed=5.0)
     arm = ready(cell)
@@ -184,7 +184,7 @@ def test_on_asyncio() -> None:
     asyncio.run(main())
 
 
-def test_a_belt_moves_what_is_on_it() -> None:
+def test_belt_velocity_moves_objects() -> None:
     assert Belt(40).velocity == (40, 0, 0)
     assert Belt(-40, 90).after((220, 0, 0, 5), 0.5) == pytest.approx((220, -20, 0, 5))
 

@@ -63,7 +63,7 @@ def test_a_tip_is_found() -> None:
     assert str(found) == "3.00 mm ahead and -1.50 mm to the left: bias 64.000, -1.500, 0.000 mm"
 
 
-def test_what_cannot_be_is_refused_with_what_to_do() -> None:
+def test_impossible_touches_are_refused_with_a_remedy() -> None:
     a, b, c = corners(0)
     for points, message in [
         ([a, b], r"corners are 2 points; it takes 3"),
@@ -78,7 +78,7 @@ def test_what_cannot_be_is_refused_with_what_to_do() -> None:
         calibrate.tip([(1, 2, 3), (4, 5, 6)], tool="pen")
 
 
-def test_what_is_kept_is_read_by_the_command_and_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_saved_calibration_is_read_by_command_and_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "config.toml"
     path.write_text("# mine\nwindow = 4\n", encoding="utf-8")
     monkeypatch.setenv("MAGICIAN_CONFIG", str(path))

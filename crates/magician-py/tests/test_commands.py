@@ -94,7 +94,7 @@ def test_golden_bytes(file: str, name: str) -> None:
     assert checked > 30
 
 
-def test_what_was_set_is_what_is_read(arm: magician.Arm) -> None:
+def test_get_after_set_returns_the_set_value(arm: magician.Arm) -> None:
     speeds = commands.PtpCommonParams(velocity_ratio=33.3, acceleration_ratio=12.7)
     arm.set(speeds)
     assert arm.get(commands.PtpCommonParams) == speeds
@@ -110,7 +110,7 @@ def test_unknown_values_pass() -> None:
         commands.PtpMode(256)
 
 
-def test_what_a_class_can_do_is_its_base() -> None:
+def test_base_class_of_a_command_states_its_uses() -> None:
     assert issubclass(commands.Pose, Readable) and not issubclass(commands.Pose, Writable)
     assert issubclass(commands.IoDi, Answer) and not issubclass(commands.IoDi, Readable)
     assert issubclass(commands.LostStepParams, Writable) and not issubclass(commands.LostStepParams, Queueable)
@@ -146,7 +146,7 @@ def test_values_of_the_wrong_kind() -> None:
         commands.Pose.from_bytes(b"123")
 
 
-def test_what_is_left_out() -> None:
+def test_optional_fields_may_be_omitted() -> None:
     assert bytes(commands.SetDeviceWithL(True)) == b"\x01"
     assert bytes(commands.SetDeviceWithL(True, commands.RailVersion.V2)) == b"\x01\x01"
     assert commands.SetDeviceWithL.from_bytes(b"\x01") == commands.SetDeviceWithL(True, None)
@@ -174,7 +174,7 @@ def test_an_alarm_is_written_as_text_or_as_its_number() -> None:
     assert f"0x{alarm:02x}" == "0x11"
 
 
-def test_names_that_are_none_are_told_what_is_meant(arm: magician.Arm) -> None:
+def test_unknown_names_get_suggestions(arm: magician.Arm) -> None:
     for name, meant in (("Poses", "Pose"), ("GetPoze", "Pose"), ("devicesno", "DeviceSn"), ("IO-DII", "GetIoDi")):
         with pytest.raises(errors.InvalidInputError, match=rf"`{name}` to get; did you mean [^?]*\b{meant}\b.*\?"):
             arm.get(name)
@@ -186,7 +186,7 @@ def test_names_that_are_none_are_told_what_is_meant(arm: magician.Arm) -> None:
         arm.get("qqqq")
 
 
-def test_fields_that_are_none_are_told_what_is_meant(arm: magician.Arm) -> None:
+def test_unknown_fields_get_suggestions(arm: magician.Arm) -> None:
     with pytest.raises(TypeError, match=r"GetIoDi has no field `adress`; did you mean address\?"):
         arm.get("IODI", adress=19)
     with pytest.raises(TypeError, match=r"HomeParams has no field `velocity`; it has x, y, z, r"):
@@ -213,7 +213,7 @@ def test_enums_are_shown_as_they_are_typed() -> None:
     )
 
 
-def test_commands_are_dataclasses_to_whoever_asks() -> None:
+def test_commands_behave_as_dataclasses() -> None:
     pose = commands.Pose(1, 2, 3, 4, (5, 6, 7, 8))
     moved: Any = dataclasses.replace(pose, x=10)
     assert moved == commands.Pose(10, 2, 3, 4, (5, 6, 7, 8)) and type(moved) is commands.Pose

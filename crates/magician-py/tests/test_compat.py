@@ -31,7 +31,7 @@ START = (259.104, 0.0, -8.485, 0.0, 0.0, 45.0, 45.0, 0.0)
 @pytest.fixture(autouse=True)
 def switched_off() -> None:
     """No virtual arm is left on by the test before."""
-    _line._benches.clear()
+    _line._slots.clear()
 
 
 @pytest.fixture
@@ -114,7 +114,7 @@ def declared(text: str) -> list[tuple[str, list[tuple[str, Any]]]]:
 
 
 @pytest.mark.parametrize("library", SIGNATURES)
-def test_methods_take_what_they_always_took(library: type) -> None:
+def test_methods_accept_the_original_parameters(library: type) -> None:
     for name, wanted in declared(SIGNATURES[library]):
         parameters = list(inspect.signature(getattr(library, name)).parameters.values())
         have = [(each.name, each.default) for each in parameters if each.name != "self"]
@@ -151,7 +151,7 @@ def test_only_wait_waits_and_nothing_is_returned(dobot: pydobot.Dobot) -> None:
     assert ask(dobot, 62) == b"\x01\x01"
 
 
-def test_what_is_not_true_switches_off_and_says_so(dobot: pydobot.Dobot) -> None:
+def test_truthy_values_switch_off_with_a_warning(dobot: pydobot.Dobot) -> None:
     dobot.suck(True)
     with pytest.warns(UserWarning, match=r"suck\(True\)"):
         dobot.suck(1)  # type: ignore[arg-type]
@@ -169,7 +169,7 @@ def test_verbose_prints_every_frame(capsys: pytest.CaptureFixture[str]) -> None:
     assert said[2:] == ["pydobot: waiting for command 6", "pydobot: command 6 executed", "pydobot: sim closed"]
 
 
-def test_a_move_that_the_arm_refuses_is_an_error_that_says_what_to_do(dobot: pydobot.Dobot) -> None:
+def test_refused_move_raises_an_error_with_a_remedy(dobot: pydobot.Dobot) -> None:
     with pytest.raises(errors.AlarmError, match="clear"):
         dobot.move_to(500, 0, 0, 0, wait=True)
 
@@ -207,9 +207,7 @@ def test_ctrl_c_stops_the_arm() -> None:
     dobot.close()
 
 
-def test_what_can_brick_the_arm_is_not_sent_unless_it_is_allowed(
-    dobot: pydobot.Dobot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_dangerous_commands_need_permission(dobot: pydobot.Dobot, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(errors.InvalidInputError, match="MAGICIAN_ALLOW=SetDeviceSN"):
         ask(dobot, 0, 1, b"other\0")
     monkeypatch.setenv("MAGICIAN_ALLOW", "SetDeviceSN")
@@ -225,7 +223,7 @@ def test_a_closed_arm_says_so(dobot: pydobot.Dobot) -> None:
         dobot.pose()
 
 
-def test_a_port_that_is_not_there_is_an_error_for_everybody(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_port_raises_the_error_of_the_library(monkeypatch: pytest.MonkeyPatch) -> None:
     class Theirs(OSError):
         """As pyserial has one."""
 
@@ -329,7 +327,7 @@ def test_ports_of_a_program_can_be_sent_elsewhere(monkeypatch: pytest.MonkeyPatc
     assert _line.find("COM3") == "COM3"
     monkeypatch.setenv("MAGICIAN_PORT_COM3", "sim:2")
     assert _line.find("COM3") == "sim:2"
-    _line.send_elsewhere("udp:127.0.0.1")
+    _line.redirect_to("udp:127.0.0.1")
     try:
         assert _line.find("COM3") == _line.find(None) == "udp:127.0.0.1"
         listed = _serial.comports()
@@ -341,7 +339,7 @@ def test_ports_of_a_program_can_be_sent_elsewhere(monkeypatch: pytest.MonkeyPatc
         device, description, hwid = listed[0]
         assert (device, str(listed[0])) == ("udp:127.0.0.1", f"{device} - {description}") and "VID:PID" in hwid
     finally:
-        _line.send_elsewhere(None)
+        _line.redirect_to(None)
     assert _line.find("/dev/ttyUSB9") == "/dev/ttyUSB9"
 
 
@@ -412,7 +410,7 @@ def test_a_script_s_own_hook_hears_of_its_end(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (1, "ZeroDivisionError 3\n", "")
 
 
-def test_an_interrupt_is_told_as_the_script_s(tmp_path: Path) -> None:
+def test_interrupt_shows_the_frames_of_the_script_alone(tmp_path: Path) -> None:
     done = run("raise KeyboardInterrupt", tmp_path, "")
     assert done.returncode != 0 and "KeyboardInterrupt" in done.stderr
     assert "magician" not in done.stderr
@@ -456,7 +454,7 @@ def test_wrong_calls_are_usage_errors(arguments: list[str], said: str) -> None:
     assert done.returncode == 2 and said in done.stderr
 
 
-def test_the_library_is_told_by_the_names_that_are_used() -> None:
+def test_library_is_detected_by_the_used_names() -> None:
     which = _script.which_pydobot
     assert which("import pydobot; pydobot.Dobot(port='COM3', verbose=True)") == "pydobot"
     assert which("from pydobot import Dobot\nd = Dobot()\npose = d.get_pose()") == "pydobot2"
@@ -476,7 +474,7 @@ def test_the_library_is_told_by_the_names_that_are_used() -> None:
     assert which("import pydobot", copy="def get_pose(self): ...\ndef move_rel(self): ...") == "pydobotplus"
 
 
-def test_the_family_is_told_by_the_file_beside_or_the_calls(tmp_path: Path) -> None:
+def test_family_is_detected_by_the_adjacent_file_or_the_calls(tmp_path: Path) -> None:
     which = _script.which_dobotdll
     assert which(["dType.SetPTPCmd(api, 1, 200, 0, 0, 0, isQueued=1)"], tmp_path) == "v3"
     assert which(["", "dType.SetPTPCmd(api, dobotId, 1, 200, 0, 0, 0, 1)"], tmp_path) == "v2"
@@ -493,7 +491,7 @@ def written(folder: Path, files: dict[str, str]) -> None:
 
 def overlooked(folder: Path, name: str) -> _program.Program:
     path = folder / name
-    return _program.look_over(path, path.read_text(), folder)
+    return _program.find_modules(path, path.read_text(), folder)
 
 
 def test_all_modules_of_a_program_are_looked_at(tmp_path: Path) -> None:
@@ -576,7 +574,7 @@ dType.SetQueuedCmdStopExec(api)
 dType.SetWAITCmd(api, 1, 1)
 dType.DisconnectDobot(api)
 dType.ConnectDobot(api, "COM3", 115200)
-print(_line._benches[0].cell.state()["waiting"])
+print(_line._slots[0].cell.state()["waiting"])
 """
     done = run(program, tmp_path, MAGICIAN_PORT="sim")
     assert (done.returncode, done.stdout) == (0, "waited\n1\n"), done.stderr
@@ -601,7 +599,7 @@ def press():
     os.kill(os.getpid(), signal.SIGINT)
 
 arm = pydobot.Dobot("COM3")
-cell = _line._benches[0].cell
+cell = _line._slots[0].cell
 atexit.register(look)
 arm.speed(5, 5)
 waiting = {waiting}
@@ -784,7 +782,7 @@ def test_a_program_for_the_vendor_s_wrapper(family: str) -> None:
         dobotdll.family("v4")
 
 
-def test_what_cannot_be_connected_to_is_a_code() -> None:
+def test_failed_connection_returns_a_code() -> None:
     module: Any = dobotdll.family("v1")
     api = module.load()
     assert module.ConnectDobot(api, "/dev/not-there", 115200)[0] == module.DobotConnect.DobotConnect_Occupied

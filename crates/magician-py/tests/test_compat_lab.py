@@ -15,10 +15,10 @@ from magician.compat import _lab, _line, dobotedu, pydobotlab
 @pytest.fixture(autouse=True)
 def one_arm() -> Iterator[None]:
     """A virtual arm for whatever port is named."""
-    _line._benches.clear()
-    _line.send_elsewhere("sim")
+    _line._slots.clear()
+    _line.redirect_to("sim")
     yield
-    _line.send_elsewhere(None)
+    _line.redirect_to(None)
     for line in _line.opened():
         line.close()
 
@@ -167,7 +167,7 @@ def test_idle_is_when_the_last_queued_command_is_done(bot: pydobotlab.Magician) 
     assert bot.execute_command(pydobotlab.CommandID.SET_WAIT_CMD, bytes(4)) is True
 
 
-def test_its_exceptions_say_what_and_why(bot: pydobotlab.Magician) -> None:
+def test_exceptions_have_a_cause_and_alarms(bot: pydobotlab.Magician) -> None:
     with pytest.raises(pydobotlab.DobotKinematicError) as caught:
         bot.ptp(1, 900, 0, 0, 0)
     assert caught.value.__cause__ is not None

@@ -16,10 +16,10 @@ from magician.compat.dobotapi.dobot_interfaces import MODE_PTP, Position
 
 @pytest.fixture(autouse=True)
 def one_arm() -> Iterator[None]:
-    _line._benches.clear()
-    _line.send_elsewhere("sim")
+    _line._slots.clear()
+    _line.redirect_to("sim")
     yield
-    _line.send_elsewhere(None)
+    _line.redirect_to(None)
     for line in _line.opened():
         line.close()
 
@@ -82,7 +82,7 @@ def test_dobotapi_sends_its_frames(frames: list[str]) -> None:
     assert frames == ["63/3 0101", "62/3 0100", "135/3 000100000000"] and not bot.connected()
 
 
-def test_dobotapi_says_what_is_missing() -> None:
+def test_dobotapi_reports_missing_connection_and_alarms() -> None:
     with pytest.raises(dobotapi.exceptions.DobotException, match="connect"):
         dobotapi.Dobot("COM3").get_pose()
     assert dobotapi.utils.get_coms_port()[0] == "sim"

@@ -27,7 +27,7 @@ def test_a_virtual_arm_conforms() -> None:
     assert all("moves" not in each.tags for each in fewer.results)
 
 
-def test_progress_is_told_after_each_case(capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_is_reported_after_each_case(capsys: pytest.CaptureFixture[str]) -> None:
     heard: list[CaseProgress] = []
     found = magician.conform("sim", only=["queue"], progress=heard.append)
     assert [each.result for each in heard] == list(found.results)
@@ -41,7 +41,7 @@ def test_progress_is_told_after_each_case(capsys: pytest.CaptureFixture[str]) ->
         magician.conform("sim", progress=5)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
 
 
-def test_what_the_listener_raises_ends_it() -> None:
+def test_exception_of_the_listener_ends_the_run() -> None:
     heard: list[CaseProgress] = []
 
     def refuses(progress: CaseProgress) -> None:
@@ -92,7 +92,7 @@ def test_an_arm_that_is_not_in_the_program_moves_only_if_it_may() -> None:
         assert len(one.results) == 1
 
 
-def test_what_makes_no_sense_is_refused() -> None:
+def test_invalid_arguments_are_refused() -> None:
     with pytest.raises(errors.InvalidInputError, match='no case matches "quue"'):
         magician.conform("sim", only=["quue"])
     with pytest.raises(errors.InvalidInputError, match='give "sim"'):
@@ -167,7 +167,7 @@ class Telling(Leaving):
         listener([(about, "passed", None, None)])
 
 
-def test_progress_counts_what_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_counts_failed_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     def begins(*_: object) -> object:
         return Telling(), 2, Leaving()
 
@@ -182,7 +182,7 @@ def refuses(found: object) -> None:
     raise ZeroDivisionError
 
 
-def test_what_ends_it_early_is_raised_when_the_arm_was_left_in_order() -> None:
+def test_early_end_is_raised_after_the_arm_was_restored() -> None:
     call: Any = Breaking()
     left: Any = Leaving()
     with pytest.raises(ZeroDivisionError):
@@ -200,7 +200,7 @@ def test_a_failure_says_where() -> None:
     assert str(result) == "failed: a.b: get Pose -> x=1: expected x=1, got x=2"
 
 
-def test_a_notebook_shows_what_failed() -> None:
+def test_notebook_shows_failed_cases() -> None:
     mismatch = Mismatch(7, "get Pose -> x=1", b"\xaa", "x<1", "x=2", b"\xbb")
     found = Conformance(
         (

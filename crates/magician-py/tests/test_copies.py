@@ -112,7 +112,7 @@ def test_errors() -> None:
         )  # fmt: skip
 
 
-def test_what_is_bound_to_a_connection_is_not(arm: Arm, virtual_arm: VirtualArm, scenarios: Path) -> None:
+def test_objects_bound_to_a_connection_cannot_be_copied(arm: Arm, virtual_arm: VirtualArm, scenarios: Path) -> None:
     world = VirtualArm(next(each for each in sorted(scenarios.iterdir()) if VirtualArm(each).objects))
     bound = [arm, virtual_arm, world.objects[0], arm.jog("x+"), arm.state(), arm.events(), arm.begin([])]
     bound += [aio.Arm.connect("sim")]

@@ -55,7 +55,7 @@ def test_nothing_moves_and_the_queue_is_tried_when_asked() -> None:
         assert (cell.waiting, cell.position) == (0, before)
 
 
-def test_an_alarm_and_what_to_do_about_it() -> None:
+def test_active_alarm_is_a_finding_with_advice() -> None:
     cell = magician.VirtualArm()
     with cell.serve(tcp=ANY) as served:
         cell.raise_alarm(0x20)
@@ -83,7 +83,7 @@ def test_no_arm_is_a_finding() -> None:
     assert str(found).count("no reply") == 1
 
 
-def test_what_ended_early_is_not_well() -> None:
+def test_diagnosis_that_ended_early_is_not_ok() -> None:
     error = errors.PortError("the line was lost")
     found = magician.Diagnosis((), None, None, None, error)
     assert not found.ok and not found.failed and str(found) == "✗ the line was lost"
@@ -96,7 +96,7 @@ def test_what_ended_early_is_not_well() -> None:
     assert magician.Diagnosis((unknown,), "sim", 1, None, None).ok
 
 
-def test_what_is_asked_for_is_examined(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_arguments_reach_the_examination(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[object] = []
 
     class Taken(Exception):
@@ -114,7 +114,7 @@ def test_what_is_asked_for_is_examined(monkeypatch: pytest.MonkeyPatch) -> None:
     assert asked == [(None, 200, 3.0, False), ("COM3", 7, 0.25, True)]
 
 
-def test_what_is_no_question() -> None:
+def test_invalid_arguments_are_refused() -> None:
     with pytest.raises(errors.InvalidInputError):
         magician.doctor("nonsense")
     with pytest.raises(errors.InvalidInputError, match="count is 0"):
@@ -145,7 +145,7 @@ def test_on_asyncio() -> None:
     asyncio.run(main())
 
 
-def test_what_the_listener_raises_ends_it() -> None:
+def test_exception_of_the_listener_ends_the_diagnosis() -> None:
     def refuses(found: magician.Finding) -> None:
         raise ZeroDivisionError(found.check)
 

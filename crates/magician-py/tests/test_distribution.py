@@ -28,7 +28,7 @@ def test_our_licences_are_there(installed: Distribution) -> None:
 @pytest.mark.parametrize(
     "who", ["\npyo3 ", "\ntokio ", "\nRoboto Regular", "\nRust's standard library", "\nwindows-sys "]
 )
-def test_everybody_is_named(installed: Distribution, who: str) -> None:
+def test_licence_page_names_third_parties(installed: Distribution, who: str) -> None:
     assert who in text(installed, "THIRD-PARTY-LICENSES.txt")
 
 

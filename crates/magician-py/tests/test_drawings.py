@@ -49,7 +49,7 @@ def test_texts_of_a_drawing_are_outlined_or_single_lines() -> None:
     assert _drawn(_svg(text, text="stroke")) < 0.7 * _drawn(_svg(text))
 
 
-def test_what_no_font_has_is_told_or_refused() -> None:
+def test_missing_glyphs_are_noted_or_refused() -> None:
     assert any("U+4E2D" in str(note) for note in magician.write("中 and ink").notes)
     with pytest.raises(InvalidInputError, match=r"U\+4E2D"):
         magician.write("中 and ink", strict_text=True)
@@ -152,7 +152,7 @@ def test_a_crop_beyond_the_image_is_refused(samples: Path, crop: Any, said: str)
         ("levels", 65, "levels is a whole number from 1 to 64, not 65"),
     ],
 )
-def test_values_that_make_no_sense_are_told_by_their_option(samples: Path, name: str, value: Any, said: str) -> None:
+def test_invalid_values_name_their_option(samples: Path, name: str, value: Any, said: str) -> None:
     with pytest.raises(InvalidInputError, match=said):
         _logo(samples, **{"fill": "hatch", name: value, "work": "engrave"})
     wrong = 3 if isinstance(value, str) else "wide"
@@ -186,7 +186,7 @@ def test_options_of_files_have_the_names_of_a_station() -> None:
     assert members - set(elsewhere) == taken
 
 
-def test_write_takes_what_load_takes() -> None:
+def test_write_accepts_the_parameters_of_load() -> None:
     own = inspect.signature(magician.write).parameters
     load = inspect.signature(magician.load).parameters
     for name, parameter in own.items():

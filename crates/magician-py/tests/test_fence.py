@@ -22,7 +22,7 @@ def test_a_motion_across_it_is_refused_with_both_values() -> None:
 
 
 @pytest.mark.parametrize("fence", [{"roof": 3.0}, {"floor": "low"}, {"floor": float("nan")}, {"box": [[0, 0, 0]]}])
-def test_what_is_no_fence_is_refused(fence: dict[str, object]) -> None:
+def test_invalid_fences_are_refused(fence: dict[str, object]) -> None:
     with pytest.raises(errors.Error):
         Arm("sim", fence=fence)
 
@@ -66,9 +66,7 @@ def test_random_programs_do_not_cross_it() -> None:
     assert passed > 20 and refused > 20
 
 
-def test_what_is_made_to_fit_keeps_to_the_fence_of_the_settings(
-    samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_fit_respects_the_fence_of_the_settings(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings = tmp_path / "config.toml"
     settings.write_text("[arms.mine]\nport = 'sim'\n[arms.mine.fence]\nbox = [[180, -20, -100], [300, 20, 100]]\n")
     monkeypatch.setenv("MAGICIAN_PORT", "sim")

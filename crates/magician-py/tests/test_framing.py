@@ -64,9 +64,7 @@ def test_a_grid_has_the_powers_that_it_names() -> None:
         magician.testgrid(power=(20, 120, 3))
 
 
-def test_a_preset_says_what_arguments_leave_open(
-    drawing: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_preset_fills_in_omitted_arguments(drawing: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAGICIAN_CONFIG", str(tmp_path / "config.toml"))
     (tmp_path / "presets").mkdir()
     preset = {"tool": '"laser"', "power": "40", "surface": "-55.0", "note": '"birch"'}

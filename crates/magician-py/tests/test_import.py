@@ -25,19 +25,19 @@ def loaded(program: str) -> set[str]:
 
 
 @pytest.mark.parametrize("program", ["import magician", "import magician; magician.Arm('sim').pose().x"])
-def test_what_is_loaded_later(program: str) -> None:
+def test_optional_modules_are_loaded_on_demand(program: str) -> None:
     found = loaded(program) - loaded("")
     assert "magician._magician" in found
     assert found.isdisjoint(LATER), sorted(found.intersection(LATER))
 
 
-def test_what_is_loaded_when_it_is_wanted() -> None:
+def test_attribute_access_loads_the_module() -> None:
     assert {"magician.aio", "magician.virtual"} <= loaded("import magician; magician.aio.Arm, magician.VirtualArm")
     assert "magician.aio" in loaded("from magician import aio")
     assert "asyncio" not in loaded("import magician.aio")
 
 
-def test_what_is_not_there() -> None:
+def test_unknown_attribute_raises_attribute_error() -> None:
     import magician
 
     assert set(magician.__all__) <= set(dir(magician))

@@ -100,7 +100,7 @@ def test_a_stop_during_the_check_counts(slow: Arm) -> None:
     assert never_moves(slow) and slow.pose().x > 211
 
 
-def test_calls_that_are_let_go_of_stop_the_arm(slow: Arm) -> None:
+def test_dropped_calls_stop_the_arm(slow: Arm) -> None:
     """Before anybody in Python has done so."""
     core = slow._core  # pyright: ignore[reportPrivateUsage]
     call = core.perform([words.wait(3600)], [], False, False, False)
@@ -150,7 +150,7 @@ def test_an_interrupt_whose_stop_fails_says_so(slow: Arm, meanwhile: Meanwhile) 
         assert "has not confirmed it" in note and "closed" in note
 
 
-def test_whoever_is_impatient_stops_the_arm_as_well(slow: Arm, meanwhile: Meanwhile) -> None:
+def test_second_interrupt_still_stops_the_arm(slow: Arm, meanwhile: Meanwhile) -> None:
     """A second Ctrl-C ends the waiting for the stop, not the stop."""
     calls: list[int] = []
 

@@ -45,7 +45,7 @@ def test_a_job_is_paused_and_goes_on(slow: Arm) -> None:
         job.pause()
 
 
-def test_a_job_is_made_slower_for_what_is_not_sent(slow: Arm) -> None:
+def test_set_speed_applies_to_unsent_commands(slow: Arm) -> None:
     job = slow.start(back_and_forth())
     assert job.speed == 100
     job.set_speed(50)
@@ -63,7 +63,7 @@ def test_a_job_is_made_slower_for_what_is_not_sent(slow: Arm) -> None:
         job.set_speed(60)
 
 
-def test_a_job_that_nobody_refers_to_is_stopped(slow: Arm) -> None:
+def test_dropped_job_is_stopped(slow: Arm) -> None:
     job = slow.start(back_and_forth())
     reach(job, 1, slow)
     del job
@@ -75,7 +75,7 @@ def test_a_job_that_nobody_refers_to_is_stopped(slow: Arm) -> None:
     assert slow.pose() == before
 
 
-def test_a_job_comes_to_what_a_run_comes_to(arm: Arm) -> None:
+def test_job_and_run_have_the_same_result(arm: Arm) -> None:
     plan = Plan.path([(220, 0, 20), (240, 0, 20)], by="line")
     told: list[magician.PlanProgress] = []
     job = arm.start(plan)

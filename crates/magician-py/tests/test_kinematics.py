@@ -41,7 +41,7 @@ def test_the_tool_counts_by_name_and_by_place() -> None:
         forward(0, 0, 0, tool=cast("Any", "hammer"))
 
 
-def test_what_is_out_of_reach_says_why() -> None:
+def test_unreachable_pose_reports_value_and_limit() -> None:
     with pytest.raises(UnreachableError) as error:
         inverse(600, 0, 0)
     assert error.value.value is not None and error.value.limit is not None
@@ -70,7 +70,7 @@ def test_rows_without_r_take_the_one_given() -> None:
     assert tuple(joints[0]) == inverse(200, 0, 50, 30)
 
 
-def test_what_is_no_number_reaches_nothing() -> None:
+def test_nan_is_unreachable() -> None:
     assert is_reachable(np.array([[math.nan, 0, 0], [math.inf, 0, 0], [200, 0, 50]])).tolist() == [False, False, True]
     poses, reachable = forward(np.array([[math.nan, 0, 0, 0]]))
     assert np.isnan(poses).all() and not reachable.any()

@@ -84,10 +84,10 @@ def test_every_motion_has_a_handle(arm: Arm, move: Callable[[Arm], Any]) -> None
 
 
 @pytest.mark.parametrize("interface", [Arm, aio.Arm])
-def test_what_moves_the_arm_takes_wait_and_speed_or_says_why_not(interface: type) -> None:
+def test_motions_accept_wait_and_speed_unless_excepted(interface: type) -> None:
     source = inspect.getsource(interface)
     bodies = re.findall(r"^    (?:async )?def ([a-z]\w+)\((.*?)(?=^    (?:async )?def |^    @|\Z)", source, re.M | re.S)
-    moves = {name for name, body in bodies if re.search(r"self\.(_go|_move|_turn|_arc|start|_told)\(", body)}
+    moves = {name for name, body in bodies if re.search(r"self\.(_go|_move|_turn|_arc|start|_feed_from)\(", body)}
     assert {"move_to", "pick", "pick_from_belt", "rail_by", "arc_to", "home", "run", "stream"} <= moves
     parameters = {name: inspect.signature(getattr(interface, name)).parameters for name in moves}
     assert {name for name in moves if "wait" not in parameters[name]} == set(WAITS)
@@ -185,7 +185,7 @@ def test_a_motion_after_a_cancel_on_asyncio(waits: bool) -> None:
     asyncio.run(main())
 
 
-def test_what_waits_behind_a_motion_is_cancelled_alone(slow: Arm) -> None:
+def test_waiting_motion_is_cancelled_alone(slow: Arm) -> None:
     motion = slow.move_to(220, 20, 20, wait=False)
     behind = slow.move_to(200, 0, 0, wait=False)
     behind.cancel()
@@ -203,7 +203,7 @@ def test_a_stop_ends_all_of_them(slow: Arm) -> None:
     assert slow.move_to(slow.pose()).done(), "who stopped the arm knows that they ended"
 
 
-def test_an_error_that_nobody_waited_for_is_told(arm: Arm) -> None:
+def test_error_of_an_unawaited_motion_is_raised_once(arm: Arm) -> None:
     arm.move_to(400, 0, 0, wait=False)
     with pytest.raises(errors.UnreachableError):
         arm.move_to(220, 0, 20)
@@ -216,7 +216,7 @@ def test_an_error_that_nobody_waited_for_is_told(arm: Arm) -> None:
     assert arm.move_to(220, 0, 20).done()
 
 
-def test_a_block_waits_for_what_goes_on(virtual_arm: VirtualArm) -> None:
+def test_block_waits_for_running_motions(virtual_arm: VirtualArm) -> None:
     with virtual_arm.arm() as arm:
         arm.move_to(220, 60, 20, wait=False)
         arm.move_to(220, 0, 20, wait=False)

@@ -56,7 +56,7 @@ def test_there_are_blocks() -> None:
     assert len([name for name, *_ in blocks() if name.startswith("PYTHON-LEARNING")]) >= 6
 
 
-def test_notebooks_are_stored_with_what_they_show() -> None:
+def test_notebooks_are_stored_with_their_outputs() -> None:
     """That they show it still, tools/notebooks.py checks."""
     notebooks = sorted((ROOT / "docs" / "guide" / "notebooks").glob("*.ipynb"))
     assert sum(path.stat().st_size for path in notebooks) < 1_500_000

@@ -32,7 +32,7 @@ def test_a_job_waits_between_its_parts_until_it_is_resumed(arm: Arm) -> None:
     assert job.pause_reason is None
 
 
-def test_a_run_that_nobody_could_go_on_with_is_refused(arm: Arm) -> None:
+def test_run_with_pauses_that_nothing_resumes_is_refused(arm: Arm) -> None:
     with pytest.raises(InvalidInputError, match=r"pauses at step \d+ \(mount the pen .*no_pause=True"):
         arm.run(_load(parts="color"))
     assert arm.run(_load(parts="color", no_pause=True)).steps > 0
@@ -61,6 +61,6 @@ def test_parts_are_chosen_and_have_pens(tmp_path: Path) -> None:
         ({"pens": [{"match": 1, "lift": -3}]}, "lift is a number above 0 and at most 10000 mm, not -3"),
     ],
 )
-def test_what_is_wrong_with_parts_is_said(options: dict[str, Any], said: str) -> None:
+def test_invalid_part_options_are_refused(options: dict[str, Any], said: str) -> None:
     with pytest.raises(InvalidInputError, match=said):
         _load(**options)

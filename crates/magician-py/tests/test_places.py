@@ -103,7 +103,7 @@ def test_poses_are_kept_by_name(arm: Arm, tmp_path: Path) -> None:
             len(again)
 
 
-def test_a_pose_that_is_none_is_not_kept(tmp_path: Path) -> None:
+def test_invalid_pose_is_not_stored(tmp_path: Path) -> None:
     poses: Any = Poses(tmp_path / "cell.json")
     for name, pose in (("a", (1, 2)), ("", (1, 2, 3)), ("a", (1, 2, math.nan))):
         with pytest.raises(errors.InvalidInputError):

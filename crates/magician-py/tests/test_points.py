@@ -60,7 +60,7 @@ def test_a_laser_has_a_power_for_all_or_for_each() -> None:
         ([(200.0, 0.0, 0.0, 0.0), (210.0, 0.0, 0.0, 1.0)], "row 1: r is 1, and 0"),
     ],
 )
-def test_points_that_are_none_are_refused(points: Any, message: str) -> None:
+def test_invalid_points_are_refused(points: Any, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         Plan.path(points)
 

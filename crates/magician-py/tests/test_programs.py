@@ -65,7 +65,7 @@ def test_a_report_has_figures_and_a_plan_its_steps(samples: Path) -> None:
     assert plan.tool == "pen" and plan.title == "house"
 
 
-def test_complaints_name_their_place_and_what_would_do(samples: Path) -> None:
+def test_complaints_name_place_and_remedy(samples: Path) -> None:
     plan = magician.load(samples / "pen_outline.gcode").moved(y=250)
     report = plan.check()
     assert not report.ok and report.refused == len(report.complaints)
@@ -101,7 +101,7 @@ def test_a_recording_is_resampled_on_request() -> None:
     assert thinned.check().seconds == pytest.approx(whole.check().seconds, rel=0.05)
 
 
-def test_arguments_of_load_that_make_no_sense_are_told(samples: Path) -> None:
+def test_invalid_arguments_of_load_are_refused(samples: Path) -> None:
     house = samples / "house.svg"
     with pytest.raises(InvalidInputError, match="scale is a number above 0 and at most 10000, not -1"):
         magician.load(house, scale=-1)
@@ -116,7 +116,7 @@ def test_arguments_of_load_that_make_no_sense_are_told(samples: Path) -> None:
     assert len(magician.load(_named("from.nc", b"G91\nG1 X10 F600\n"), start=(200, 0, 0)))
 
 
-def test_a_drawing_is_laid_where_it_is_told(samples: Path) -> None:
+def test_drawing_is_placed_as_requested(samples: Path) -> None:
     there = magician.load(samples / "house.svg", at=(230, 50), surface=Surface(-60, (0.01, 0.0)), scale=0.5)
     (x0, y0, _), (x1, y1, _) = _bounds(there)
     assert ((x0 + x1) / 2, (y0 + y1) / 2) == pytest.approx((230, 50), abs=1.5)
@@ -155,7 +155,7 @@ M5
 """
 
 
-def test_full_power_is_told_and_power_is_of_every_source(samples: Path) -> None:
+def test_full_power_is_noted_and_power_scales_every_source(samples: Path) -> None:
     plan = magician.load(_named("job.gcode", JOB))
     assert plan.check().power == (20, 20) and "burns with 20 %" in str(plan.check())
     assert "full power is S1000" in str(plan.notes[0]) and "s_max=" in str(plan.notes[0])
@@ -258,7 +258,7 @@ def test_plans_of_commands_and_their_tool() -> None:
     assert joined.tool == "suction" and joined.steps[2].command == words.tool(x=10, z=5)
 
 
-def test_playback_files_are_written_and_say_what_they_lose(samples: Path, tmp_path: Path) -> None:
+def test_playback_files_are_written_with_notes_on_losses(samples: Path, tmp_path: Path) -> None:
     plan = magician.load(samples / "jump_suction_named_v170.playback")
     plan.save(tmp_path / "again.playback")
     assert magician.load(tmp_path / "again.playback").commands() == plan.commands()
@@ -279,7 +279,7 @@ def test_a_plan_goes_on_at_a_step() -> None:
         plan.from_step(99)
 
 
-def test_a_rehearsal_leaves_what_the_arm_would_leave(samples: Path, tmp_path: Path) -> None:
+def test_rehearsal_draws_what_the_arm_would_draw(samples: Path, tmp_path: Path) -> None:
     plan = magician.load(samples / "star.plt", fit=True)
     done = plan.rehearse(watch=0.05)
     assert done.ok and done.steps == len(plan) and not done.alarms
@@ -322,7 +322,7 @@ def _size(plan: Plan) -> tuple[float, float]:
     return x1 - x0, y1 - y0
 
 
-def test_what_is_no_file_and_no_surface_is_told() -> None:
+def test_invalid_file_and_surface_raise_type_error() -> None:
     wrong: Any = b"<svg/>"
     with pytest.raises(TypeError, match="a path, or open for reading bytes, not bytes"):
         magician.load(wrong)

@@ -63,7 +63,7 @@ def test_there_are_many() -> None:
 
 
 @pytest.mark.parametrize("module", MODULES, ids=[module.__name__ for module in MODULES])
-def test_what_has_no_underscore_is_public(module: types.ModuleType) -> None:
+def test_names_without_underscore_are_public(module: types.ModuleType) -> None:
     assert module.__doc__
     if not hasattr(module, "__all__"):
         return  # a stand-in for another library, or a pytest plugin
@@ -155,7 +155,7 @@ def test_plans_are_multiplied_from_either_side() -> None:
         assert anything != wrong
 
 
-def test_what_is_no_program_is_told_what_one_is(arm: magician.Arm) -> None:
+def test_invalid_program_gets_a_hint(arm: magician.Arm) -> None:
     plan = magician.Plan.path([(200, 0, 0)])
     anything: Any = arm
     for verb in (anything.perform, anything.estimate, anything.begin, anything.run):

@@ -86,7 +86,7 @@ def test_a_hand_need_not_wait_for_the_recording(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["lead.plan.json", "lead.playback"])
-def test_what_a_hand_does_is_a_program_that_repeats_it(tmp_path: Path, name: str) -> None:
+def test_manual_motion_is_recorded_as_a_program(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     cell = VirtualArm()
     with cell.arm() as arm:
@@ -143,7 +143,7 @@ def test_units_are_a_second_line_and_are_read_back(tmp_path: Path) -> None:
     assert len(magician.load(path)) > 1
 
 
-def test_what_cannot_be_recorded_is_said(tmp_path: Path) -> None:
+def test_invalid_recordings_are_refused(tmp_path: Path) -> None:
     with VirtualArm().arm() as arm:
         with pytest.raises(errors.InvalidInputError, match=r"a\.txt: its name does not end .*; use \.mcap, \.csv"):
             arm.record(tmp_path / "a.txt").begin()
@@ -162,7 +162,7 @@ def test_what_cannot_be_recorded_is_said(tmp_path: Path) -> None:
         assert recording.finish() is recording.finish()
 
 
-def test_a_lost_line_ends_it_and_keeps_what_was_read(tmp_path: Path) -> None:
+def test_lost_line_ends_the_recording_and_keeps_its_readings(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     arm = VirtualArm().arm()
     recording = arm.record(path, rate=200).begin()
@@ -225,7 +225,7 @@ def test_a_session_comes_out_the_same(tmp_path: Path) -> None:
     assert any(piece.ok for piece in magician.decode(path))
 
 
-def test_what_differs_is_told(tmp_path: Path) -> None:
+def test_differences_are_reported(tmp_path: Path) -> None:
     path = session(tmp_path / "session.pcapng")
     # The replaying arm does not know the poses between.
     found = magician.replay(path, clock="max", tolerance=1000)
@@ -242,7 +242,7 @@ def test_what_differs_is_told(tmp_path: Path) -> None:
     assert str(found.differences[0]).endswith(found.differences[0].text)
 
 
-def test_what_cannot_be_replayed_is_said(tmp_path: Path) -> None:
+def test_invalid_replays_are_refused(tmp_path: Path) -> None:
     path = session(tmp_path / "session.pcapng")
     with pytest.raises(errors.InvalidInputError, match=r"no link 'other'"):
         magician.replay(path, link="other")

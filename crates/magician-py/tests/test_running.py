@@ -14,7 +14,7 @@ from typing import Any
 import magician
 import pytest
 from magician import Plan, PlanProgress, VirtualArm, commands, words
-from magician._telling import Line
+from magician._progress import ProgressLine
 from magician.errors import InvalidInputError, UnreachableError
 
 HOUSE = Path(__file__).parents[2] / "magician-program" / "samples" / "house.svg"
@@ -25,7 +25,7 @@ def notes(error: BaseException) -> str:
     return "\n".join(getattr(error, "__notes__", []))
 
 
-def test_a_run_tells_what_it_has_come_to(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
+def test_run_returns_steps_commands_and_indices(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
     plan = magician.load(HOUSE)
     told: list[PlanProgress] = []
     result = arm.run(plan, progress=told.append)
@@ -47,7 +47,7 @@ def test_settings_are_given_back(arm: magician.Arm) -> None:
     assert before.ok
 
 
-def test_what_the_arm_cannot_do_is_refused_before_anything_moves(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
+def test_impossible_plan_is_refused_before_any_motion(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
     plan = Plan.path([(220, 0, 20), (220, 50, 20), (500, 0, 20)], by="line")
     with pytest.raises(UnreachableError, match=r"row 2, step 3: .*; 1 step is refused, nothing was sent") as caught:
         arm.run(plan)
@@ -224,19 +224,19 @@ def test_an_alarm_ends_a_run() -> None:
     assert caught.value.alarms is not None and 0x40 in caught.value.alarms
 
 
-def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_line_is_overwritten_on_a_terminal_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     class Terminal(io.StringIO):
         def isatty(self) -> bool:
             return True
 
     clock = [0.0]
-    monkeypatch.setattr("magician._telling.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("magician._progress.time.monotonic", lambda: clock[0])
     for out, wanted in (
         (Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left"),
         (io.StringIO(), "step 1 of 4"),
     ):
         clock[0] = 0.0
-        line = Line(out)
+        line = ProgressLine(out)
         line(PlanProgress(0, 4, None))
         assert out.getvalue() == ""
         clock[0] = 3.1
@@ -264,10 +264,10 @@ def test_a_narrow_terminal_has_a_short_line(monkeypatch: pytest.MonkeyPatch) -> 
         return os.terminal_size((columns[0], 24))
 
     columns = [44]
-    monkeypatch.setattr("magician._telling.time.monotonic", iter(range(9)).__next__)
-    monkeypatch.setattr("magician._telling.os.get_terminal_size", size)
+    monkeypatch.setattr("magician._progress.time.monotonic", iter(range(9)).__next__)
+    monkeypatch.setattr("magician._progress.os.get_terminal_size", size)
     out = Terminal()
-    line = Line(out)
+    line = ProgressLine(out)
     for columns[0], wanted in (
         (44, "step 1 of 4, 25 %, 0:09 left"),
         (20, "step 1 of 4, 25 %, "),

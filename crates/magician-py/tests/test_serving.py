@@ -21,7 +21,7 @@ WORLD = 'tool = { kind = "suction" }\ntable = { height = -60 }\n'
 
 
 @pytest.mark.parametrize("kind", ["tcp", "udp"])
-def test_it_is_an_arm_for_whoever_connects(kind: str) -> None:
+def test_served_arm_accepts_connections(kind: str) -> None:
     tcp, udp = (ANY, None) if kind == "tcp" else (None, ANY)
     with magician.sim(speed="max", tcp=tcp, udp=udp) as served:
         where = served.tcp or served.udp or ""
@@ -81,7 +81,7 @@ def test_its_world_and_its_tool() -> None:
         assert arm.bias() == (70, 0, 0)
 
 
-def test_what_cannot_be_served() -> None:
+def test_invalid_endpoints_are_refused() -> None:
     with pytest.raises(errors.InvalidInputError, match="no endpoint to serve: give pty, udp or tcp"):
         magician.sim()
     with pytest.raises(errors.InvalidInputError, match="nowhere"):
@@ -158,7 +158,7 @@ def test_faults_on_the_line_that_is_shared() -> None:
     cell.restore(cell.snapshot())
 
 
-def test_what_is_asked_for_reaches_the_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_arguments_reach_the_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[dict[str, object]] = []
 
     class Taken(Exception):
@@ -177,7 +177,7 @@ def test_what_is_asked_for_reaches_the_proxy(monkeypatch: pytest.MonkeyPatch) ->
     assert asked == [usual, {**usual, "transparent": True}, {**usual, "keep_going": True}, {**usual, "fresh": 0.5}]
 
 
-def test_what_was_closed_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_closed_server_unregisters_its_exit_handler(monkeypatch: pytest.MonkeyPatch) -> None:
     forgotten: list[object] = []
     monkeypatch.setattr("magician.serving.atexit.unregister", forgotten.append)
     with magician.sim(tcp=ANY) as served:
@@ -198,7 +198,7 @@ def test_a_path_for_each_program(tmp_path: Path) -> None:
         magician.proxy("sim", pty=[paths[0], paths[0]])
 
 
-def test_what_cannot_be_shared(tmp_path: Path) -> None:
+def test_invalid_proxies_are_refused(tmp_path: Path) -> None:
     trace = tmp_path / "kept"
     trace.write_text("what was written before")
     with pytest.raises(errors.InvalidInputError, match="no endpoint to serve"):
@@ -214,7 +214,7 @@ def test_what_cannot_be_shared(tmp_path: Path) -> None:
     assert trace.read_text() == "what was written before"
 
 
-def test_the_log_says_what_becomes_of_its_line() -> None:
+def test_log_reports_the_state_of_the_line() -> None:
     heard = threading.Event()
 
     class Hears(logging.Handler):

@@ -29,7 +29,7 @@ def targets(count: int, seed: int) -> Any:
     return np.random.default_rng(seed).uniform((180, -120, -40, -20), (280, 120, 100, 20), (count, 4))
 
 
-def test_a_step_is_what_an_arm_does_that_is_driven() -> None:
+def test_step_agrees_with_a_driven_arm() -> None:
     cell = VirtualArm()
     with cell.arm() as arm:
         begun = cell.time
@@ -95,7 +95,7 @@ def test_a_seed_gives_the_same_beginning_and_the_next_another() -> None:
     assert abs(moved["red"].x - 220) <= 20 and moved["blue"][:2] == (220, -80) == moved["on it"][:2]
 
 
-def test_what_is_out_of_reach_is_refused_and_not_sent() -> None:
+def test_unreachable_step_is_refused_and_not_sent() -> None:
     arm = Simulation()
     before = arm.observe()
     seen = arm.step((400, 0, 0, 0), dt=0.5)
@@ -132,7 +132,7 @@ def test_the_cup_takes_a_cube_and_a_camera_sees_it() -> None:
     assert (before != arm.image("top", (680, 460))).any()
 
 
-def test_a_virtual_arm_goes_back_when_nobody_is_connected() -> None:
+def test_restore_needs_a_disconnected_virtual_arm() -> None:
     cell = VirtualArm(CELL)
     with cell.arm() as arm:
         arm.move_to(220, 0, 20, 0)
@@ -153,7 +153,7 @@ def test_a_virtual_arm_goes_back_when_nobody_is_connected() -> None:
     assert cell.position.y == pytest.approx(-50)
 
 
-def test_what_makes_no_sense_is_refused() -> None:
+def test_invalid_arguments_are_refused() -> None:
     arm, many = Simulation(), Simulations(2)
     wrongs: list[Any] = [
         lambda: arm.step((1, 2, 3)),

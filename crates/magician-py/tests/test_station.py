@@ -323,7 +323,7 @@ def test_a_job_waits_over_a_cut(relay: Relay) -> None:
             assert job.wait(cuts_once).state == "done"
 
 
-def test_a_dead_station_is_told(tmp_path: Path) -> None:
+def test_dead_station_is_notified(tmp_path: Path) -> None:
     server = Server(tmp_path, "--port", "sim", "--listen", "127.0.0.1:0")
     with server, magician.Station(server.url) as station:
         notices = station.notices()

@@ -57,7 +57,7 @@ def test_a_few_commands_ahead_do_without_stops_at_the_corners(arm: Arm, virtual_
 
 
 @pytest.mark.parametrize("ahead", [1, 2, 7, 32])
-def test_a_generator_is_no_more_ahead_than_it_was_told(arm: Arm, ahead: int) -> None:
+def test_generator_runs_at_most_ahead_commands_ahead(arm: Arm, ahead: int) -> None:
     most = 0
     first = arm.current_index()
 
@@ -88,7 +88,7 @@ def test_a_generator_that_has_nothing_for_now_waits_for_the_arm(arm: Arm, virtua
     assert virtual_arm.time - before == pytest.approx(300, abs=1) and asked < 500
 
 
-def test_a_refused_command_is_told_after_those_before_it(arm: Arm, virtual_arm: VirtualArm) -> None:
+def test_refused_command_is_raised_after_the_earlier_ones(arm: Arm, virtual_arm: VirtualArm) -> None:
     program: list[commands.Queueable] = [words.line_to(220, 40, 20)]
     program += [words.line_to(220, 0, 20), words.line_to(400, 0, 0), words.home()]
     with pytest.raises(errors.UnreachableError) as caught:

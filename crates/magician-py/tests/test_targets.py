@@ -23,7 +23,7 @@ def test_a_pose_is_a_row_of_four() -> None:
     assert (220, 60, 20) in Plan.path([tuple(POSE), POSE.position]).targets()
 
 
-def test_an_arm_goes_to_what_it_was_told(arm: Arm) -> None:
+def test_moves_reach_targets_of_every_form(arm: Arm) -> None:
     arm.move_to(220, 60, 20, 5)
     there = arm.pose()
     arm.move_to(220, -60, 20, 0)
@@ -47,7 +47,7 @@ def test_an_arm_goes_to_what_it_was_told(arm: Arm) -> None:
     assert arm.pose().y == 0
 
 
-def test_targets_that_are_none(arm: Arm) -> None:
+def test_invalid_targets_are_refused(arm: Arm) -> None:
     anything: Any = arm
     for wrong, message in (
         ((220, 0), "z is left out"),
@@ -83,7 +83,7 @@ def test_words_keep_r(arm: Arm) -> None:
 
 
 @pytest.mark.parametrize("before", [[], [words.home()], [words.move_to(200, 0, 0, 7), words.path_to(200, 10, 0)]])
-def test_an_r_that_nobody_knows_is_asked_for(arm: Arm, before: list[commands.Queueable]) -> None:
+def test_unknown_r_must_be_given(arm: Arm, before: list[commands.Queueable]) -> None:
     kept = words.line_to(220, 0, 20)
     with pytest.raises(errors.InvalidInputError, match="r is left out") as caught:
         Plan.of([*before, kept])
@@ -116,7 +116,7 @@ def test_pins_by_their_labels(virtual_arm: VirtualArm) -> None:
         arm.state(10, inputs="E1")
 
 
-def test_names_of_what_is_plugged_in() -> None:
+def test_connectors_are_accepted_by_name() -> None:
     assert port("gp4") is Port.GP4 is port(2)
     assert function("DO").name == "DIGITAL_OUTPUT" and function("digital input pull-up") == 5
     assert stepper("stepper2") == 1 and sensor_version("V2") == 1 and rail_version("v2") == 1

@@ -10,7 +10,7 @@ from magician import VirtualArm, aio, commands, errors
 PLACES = [(0, 20, 30, 0), (30, 30, 40, 0), (-30, 45, 45, 0)]
 
 
-def test_each_time_the_key_is_let_go_is_a_point(tmp_path: Path) -> None:
+def test_each_release_of_the_key_adds_a_point(tmp_path: Path) -> None:
     cell = VirtualArm()
     with cell.arm() as arm:
         led: list[tuple[float, ...]] = []
@@ -87,7 +87,7 @@ def test_the_settings_of_the_arm_are_as_before() -> None:
         assert (arm.get(commands.HhtTrigMode), arm.get(commands.HhtTrigOutputEnabled)) == before
 
 
-def test_what_does_not_come_is_said() -> None:
+def test_unavailable_points_raise_errors() -> None:
     cell = VirtualArm()
     with cell.arm() as arm:
         lesson = arm.teach()

@@ -49,7 +49,7 @@ def test_a_frame_is_a_value(source: bytes | str) -> None:
     assert pickle.loads(pickle.dumps(piece)) == piece
 
 
-def test_what_it_carries_is_the_command() -> None:
+def test_decoded_frame_has_its_command() -> None:
     move = commands.PtpCmd(commands.PtpMode.MOVL_XYZ, 200, 10, 20, 0)
     queued = frame(84, 3, bytes(move))
     (request,) = magician.decode(queued)
@@ -71,7 +71,7 @@ def test_what_it_carries_is_the_command() -> None:
         ("01 02 03", "noise", "no frame begins in these bytes", "noise: "),
     ],
 )
-def test_what_is_wrong_is_said_once(data: str, error: str, why: str, kind: str) -> None:
+def test_rejected_bytes_state_their_error_once(data: str, error: str, why: str, kind: str) -> None:
     piece = magician.decode(data)[0]
     assert isinstance(piece, Rejected)
     assert (piece.error, piece.why, piece.ok) == (error, why, False)
@@ -119,7 +119,7 @@ def test_files_of_bytes_and_of_hex(tmp_path: Path) -> None:
     assert magician.decode(tmp_path / "bytes") == magician.decode(tmp_path / "text") == magician.decode(GET_POSE)
 
 
-def test_what_cannot_be_decoded(tmp_path: Path) -> None:
+def test_undecodable_input_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         magician.decode("no such file.pcapng")
     with pytest.raises(FileNotFoundError):

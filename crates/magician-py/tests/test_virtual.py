@@ -54,7 +54,7 @@ def test_objects_are_looked_at_as_they_are_now() -> None:
         cell.object("green cube")
 
 
-def test_time_passes_only_when_it_is_told_to(scenarios: Path) -> None:
+def test_time_advances_only_on_request(scenarios: Path) -> None:
     cell = VirtualArm(scenarios / "pick_and_sort.toml")
     assert cell.time == 0 and cell.title == "Pick and sort"
     arm = cell.arm()
@@ -115,7 +115,7 @@ def test_hands_and_faults() -> None:
     assert any("slips" in event for event in cell.events())
 
 
-def test_scenarios_that_are_none_are_refused_with_their_place(tmp_path: Path) -> None:
+def test_invalid_scenarios_are_refused_with_their_position(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match="scenario: line 1, column 11"):
         VirtualArm("table = { heigth = -70 }")
     with pytest.raises(FileNotFoundError):
@@ -124,7 +124,7 @@ def test_scenarios_that_are_none_are_refused_with_their_place(tmp_path: Path) ->
         VirtualArm(speed=0)
 
 
-def test_what_could_not_be_made_can_be_shown() -> None:
+def test_unconstructed_objects_have_a_repr() -> None:
     """As a debugger does, with what stands in a traceback."""
     assert repr(VirtualArm.__new__(VirtualArm)) == "<VirtualArm, not made>"
     assert repr(magician.Arm.__new__(magician.Arm)) == "<Arm, not connected>"
@@ -176,7 +176,7 @@ def test_asyncio_drives_the_same_arm() -> None:
     assert cell.position[:3] == pytest.approx((220, 0, 20), abs=1e-3)
 
 
-def test_inputs_that_are_none(virtual_arm: VirtualArm) -> None:
+def test_invalid_inputs_are_refused(virtual_arm: VirtualArm) -> None:
     for address in (-1, 0, 21, 300):
         with pytest.raises(InvalidInputError, match=f"address is {address}; .* from 1 to 20"):
             virtual_arm.set_input(address, True)
@@ -191,7 +191,7 @@ def test_an_arm_has_the_tool_that_was_chosen(tool: Any, x: float) -> None:
         assert arm.pose().x == pytest.approx(x, abs=1e-3)
 
 
-def test_a_tool_that_is_none_is_refused() -> None:
+def test_invalid_tool_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="hammer"):
         VirtualArm(tool="hammer")  # type: ignore[arg-type]
     with pytest.raises(InvalidInputError, match="2 numbers"):

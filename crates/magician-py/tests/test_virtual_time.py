@@ -83,7 +83,7 @@ def test_moves_waits_and_programs_take_their_time() -> None:
     assert cell.time - before == exactly(150)
 
 
-def test_whoever_looks_on_costs_the_arm_no_time(meanwhile: Meanwhile) -> None:
+def test_observers_cost_the_arm_no_time(meanwhile: Meanwhile) -> None:
     """Threads with connections of their own, and watches: each hears its own answers."""
     cell = VirtualArm(ARM)
     arm, others = cell.arm(), [cell.arm() for _ in range(3)]

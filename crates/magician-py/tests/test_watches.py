@@ -72,7 +72,7 @@ def test_jog(slow: Arm) -> None:
         jog.keep()
 
 
-def test_a_jog_that_nobody_keeps_up(slow: Arm) -> None:
+def test_jog_without_keep_alive_ends(slow: Arm) -> None:
     too_late = pytest.raises(errors.ResponseTimeoutError, match="it was not renewed")
     with slow.jog(words.jog("x+"), keep=0.02) as jog, too_late:
         while True:
@@ -140,7 +140,7 @@ def test_jog_into_the_end_of_its_axis_ends(slow: Arm) -> None:
     assert slow.pose().j1 == pytest.approx(135, abs=0.01)
 
 
-def test_a_jog_that_makes_no_sense(arm: Arm) -> None:
+def test_invalid_jogs_are_refused(arm: Arm) -> None:
     untyped: Any = arm
     jogs: list[Callable[[], magician.Jog]] = [
         lambda: untyped.jog("up"),

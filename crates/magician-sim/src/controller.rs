@@ -1,7 +1,7 @@
 //! The public interface of the virtual controller.
 
 use magician_motion::{ArmModel, JointAngles, ToolBias};
-use magician_protocol::{Event as Found, FrameBuf};
+use magician_protocol::{Event as StreamEvent, FrameBuf};
 
 use crate::device::Device;
 use crate::event::Event;
@@ -297,7 +297,7 @@ impl Controller {
         // Noise and rejected candidates are skipped, so one call may consume several of them.
         while let Some(found) = deframer.next(input) {
             match found {
-                Found::Frame { frame, .. } => {
+                StreamEvent::Frame { frame, .. } => {
                     // A peer that does not read its replies loses requests instead of growing
                     // memory. Handling a request without a reply would break hosts 1, one answer
                     // each.
@@ -309,11 +309,11 @@ impl Controller {
                     return true;
                 }
                 // Neither answered nor acted on, as a real arm does (E10).
-                Found::Rejected { .. } => {
+                StreamEvent::Rejected { .. } => {
                     device.record.event(Event::BadFrame { link });
                     device.record.assume(Assumption::DamagedFrame);
                 }
-                Found::Noise { .. } => device.record.assume(Assumption::ForeignBytes),
+                StreamEvent::Noise { .. } => device.record.assume(Assumption::ForeignBytes),
             }
         }
         false

@@ -519,11 +519,11 @@ impl Voice for ApiVoice {
         action.name().to_owned()
     }
 
-    fn give(&self, setting: magician::Setting, given: &magician::Given) -> String {
+    fn give(&self, setting: magician::Setting, given: &magician::SettingValue) -> String {
         match given {
-            magician::Given::On => format!("{}: true", setting.name()),
-            magician::Given::Off => format!("{}: false", setting.name()),
-            magician::Given::Position([x, y, z]) => {
+            magician::SettingValue::On => format!("{}: true", setting.name()),
+            magician::SettingValue::Off => format!("{}: false", setting.name()),
+            magician::SettingValue::Position([x, y, z]) => {
                 format!("{}: [{x:.3}, {y:.3}, {z:.3}]", setting.name())
             }
             given => format!("{}: {given}", setting.name()),

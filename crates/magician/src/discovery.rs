@@ -32,7 +32,7 @@ const DATAGRAMS_PER_TURN: usize = 64;
 
 /// Arm that answered.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Found {
+pub struct DiscoveredArm {
     /// Source address of the answer, at which the arm is reached.
     pub address: IpAddr,
     /// Address that the module reports; a different one behind a router.
@@ -45,7 +45,7 @@ pub struct Found {
     pub version: Option<String>,
 }
 
-impl Found {
+impl DiscoveredArm {
     /// Returns the target to connect to: port 8899 at the source address.
     #[must_use]
     pub fn target(&self) -> Target {
@@ -106,7 +106,7 @@ impl Search {
     /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for an invalid host,
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) if a host name is unknown or this computer has
     /// no network.
-    pub async fn find(&self, within: Duration) -> Result<Vec<Found>> {
+    pub async fn find(&self, within: Duration) -> Result<Vec<DiscoveredArm>> {
         let now = Instant::now();
         // A day is as good as forever, and does not overflow the clock.
         let until = now
@@ -129,7 +129,7 @@ impl Search {
     ///
     /// # Panics
     /// Panics within an asynchronous task; use [`find`](Self::find) there.
-    pub fn find_blocking(&self, within: Duration) -> Result<Vec<Found>> {
+    pub fn find_blocking(&self, within: Duration) -> Result<Vec<DiscoveredArm>> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build();
@@ -214,11 +214,15 @@ struct Asker {
     to: Vec<SocketAddr>,
     /// Hosts that have not answered.
     waiting: Vec<SocketAddr>,
-    found: Vec<Found>,
+    found: Vec<DiscoveredArm>,
 }
 
 impl Asker {
-    async fn ask_until(&mut self, until: Instant, all_is_enough: bool) -> Result<Vec<Found>> {
+    async fn ask_until(
+        &mut self,
+        until: Instant,
+        all_is_enough: bool,
+    ) -> Result<Vec<DiscoveredArm>> {
         loop {
             self.ask().await?;
             let again = (Instant::now() + REQUEST_INTERVAL).min(until);
@@ -291,7 +295,7 @@ impl Asker {
 }
 
 /// Parses `ip,MAC,name[,version]`.
-fn parse(answer: &[u8], from: IpAddr) -> Option<Found> {
+fn parse(answer: &[u8], from: IpAddr) -> Option<DiscoveredArm> {
     let text = std::str::from_utf8(answer).ok()?;
     let text = text.trim_end_matches(['\0', '\r', '\n']);
     // Text of a stranger may be shown on a terminal.
@@ -306,7 +310,7 @@ fn parse(answer: &[u8], from: IpAddr) -> Option<Found> {
     }
     let name = parts.next()?;
     let version = parts.next().filter(|version| !version.is_empty());
-    Some(Found {
+    Some(DiscoveredArm {
         address: from.to_canonical(),
         reported,
         mac: mac.to_ascii_uppercase(),

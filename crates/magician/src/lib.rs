@@ -93,8 +93,8 @@ mod virtual_arm;
 
 pub use arm::{
     Arm, ArmIdentity, ClockRate, CommandSource, EndNotice, Event, Events, Feeder, Homing,
-    HomingRecord, Jog, JogOptions, Laser, Lifted, Link, Motors, Options, Pins, Progress, Queue,
-    Ran, Run, RunOptions, Sample, Samples, SettingsBackup, StateOptions, StateWatch, Status,
+    HomingRecord, Jog, JogOptions, Laser, LiftResult, Link, Motors, Options, Pins, Progress, Queue,
+    Run, RunOptions, RunSummary, Sample, Samples, SettingsBackup, StateOptions, StateWatch, Status,
     Stopper, Streaming,
 };
 #[doc(hidden)]
@@ -109,9 +109,9 @@ pub use magician_host::picture::{
     ArmSnapshot, LaserOffPose, Level, Pin, StateReadings, sets_in_motion,
 };
 pub use magician_host::{
-    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, Message,
-    MessageValue, OptionName, PinUse, REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result,
-    Setting, Voice, build, burns, connection, message, preflight, proxy, stream,
+    Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, GripperState, Message, MessageValue,
+    OptionName, PinUse, REST_READ_INTERVAL, REST_TIME, Remedy, RestDetector, Result, Setting,
+    SettingValue, Voice, build, burns, connection, message, preflight, proxy, stream,
 };
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,

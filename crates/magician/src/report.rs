@@ -13,8 +13,8 @@ use magician_protocol::commands::{
 use magician_protocol::{Alarm, AlarmSet};
 
 use crate::{
-    Act, Arm, ArmOutputs, Cuboid, Error, ErrorKind, Fence, Given, GripperState, Link, Message,
-    MessageValue, Remedy, Result, Status,
+    Act, Arm, ArmOutputs, Cuboid, Error, ErrorKind, Fence, GripperState, Link, Message,
+    MessageValue, Remedy, Result, SettingValue, Status,
 };
 
 /// Pose of the tool tip (mm, deg) and joint angles (deg).
@@ -422,12 +422,12 @@ impl Serialize for RemedyJson<'_> {
             Act::Give(setting, given) => {
                 map.serialize_entry("option", setting.name())?;
                 match given {
-                    Given::On => map.serialize_entry("value", &true)?,
-                    Given::Off => map.serialize_entry("value", &false)?,
-                    Given::Number(number) => map.serialize_entry("value", number)?,
-                    Given::Point(x, y) => map.serialize_entry("value", &[x, y])?,
-                    Given::Position(at) => map.serialize_entry("value", at)?,
-                    Given::Word(word) => map.serialize_entry("value", word)?,
+                    SettingValue::On => map.serialize_entry("value", &true)?,
+                    SettingValue::Off => map.serialize_entry("value", &false)?,
+                    SettingValue::Number(number) => map.serialize_entry("value", number)?,
+                    SettingValue::Point(x, y) => map.serialize_entry("value", &[x, y])?,
+                    SettingValue::Position(at) => map.serialize_entry("value", at)?,
+                    SettingValue::Word(word) => map.serialize_entry("value", word)?,
                     // The user chooses the value.
                     _ => {}
                 }

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use magician_protocol::UDP_PORT;
 
 use crate::ports::{self, Port};
-use crate::{Error, ErrorCode, Given, Result, Setting};
+use crate::{Error, ErrorCode, Result, Setting, SettingValue};
 
 /// Address of an arm, in the text form of `--port`.
 ///
@@ -321,14 +321,17 @@ impl Target {
                 let found = ports::list(found);
                 let message = format!("no arm found ({found}); is it switched on and plugged in?");
                 Error::new(ErrorCode::NoArm, message)
-                    .remedy((Setting::Port, Given::Any("PORT")), "names its port")
-                    .remedy((Setting::Port, Given::Word("sim")), "uses a virtual arm")
+                    .remedy((Setting::Port, SettingValue::Any("PORT")), "names its port")
+                    .remedy(
+                        (Setting::Port, SettingValue::Word("sim")),
+                        "uses a virtual arm",
+                    )
             }
             several => {
                 let several = ports::list(several.iter().copied());
                 let message = format!("several arms found: {several}");
                 Error::new(ErrorCode::SeveralArms, message)
-                    .remedy((Setting::Port, Given::Any("PORT")), "chooses one")
+                    .remedy((Setting::Port, SettingValue::Any("PORT")), "chooses one")
             }
         })
     }

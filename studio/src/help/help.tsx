@@ -3,7 +3,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import * as store from "../store";
-import { Do } from "../ui/parts";
+import { Button } from "../ui/parts";
 import { sentencesOf } from "../words";
 import "./help.css";
 import texts from "./words.json";
@@ -12,7 +12,7 @@ const w = sentencesOf(texts);
 
 /** Help pages, HTML by route; loaded once. */
 let pages: Promise<Record<string, string>> | null = null;
-async function read(): Promise<Record<string, string>> {
+async function fetchPages(): Promise<Record<string, string>> {
   const answer = await fetch(new URL("assets/help.json", document.baseURI));
   if (!answer.ok) throw new Error(answer.statusText);
   return answer.json();
@@ -24,7 +24,7 @@ export function Help() {
   const route = store.route.value;
   useEffect(() => {
     let isOver = false;
-    pages ??= read();
+    pages ??= fetchPages();
     pages.then(
       (all) => {
         if (!isOver) page.value = all[route] ?? null;
@@ -49,21 +49,21 @@ export function Help() {
   return (
     <aside class="help" ref={box} tabIndex={-1} aria-label={w("help.title")} data-testid="help-page">
       <div class="help-head">
-        <Do
+        <Button
           id="tour"
           class="small"
           text={w("help.tour")}
           press={() => {
-            store.beside.value = "tour";
+            store.sidePanel.value = "tour";
           }}
         />
-        <Do
+        <Button
           id="help-close"
           class="quiet small"
           label={w("help.close")}
           text="✕"
           press={() => {
-            store.beside.value = null;
+            store.sidePanel.value = null;
           }}
         />
       </div>

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import * as store from "../store";
-import { Do } from "../ui/parts";
+import { Button } from "../ui/parts";
 import { sentencesOf } from "../words";
 import "./help.css";
 import texts from "./words.json";
@@ -21,9 +21,9 @@ const STEPS = [
   ["tour.help", '[data-testid="help"]'],
 ] as const;
 /** Margin around the element, and its distance from the card, px. */
-const [ROOM, APART] = [6, 12];
+const [HOLE_MARGIN, CARD_DISTANCE] = [6, 12];
 
-const elementOf = (selector: string) => {
+const visibleElement = (selector: string) => {
   const all = [...document.querySelectorAll<HTMLElement>(selector)];
   return all.find((element) => element.getClientRects().length > 0);
 };
@@ -32,10 +32,10 @@ export function Tour() {
   const at = useSignal(0);
   const hole = useSignal<DOMRect | null>(null);
   const card = useRef<HTMLDialogElement>(null);
-  const steps = STEPS.filter(([, selector]) => elementOf(selector) !== undefined);
+  const steps = STEPS.filter(([, selector]) => visibleElement(selector) !== undefined);
   const step = steps[Math.min(at.value, steps.length - 1)];
   const end = () => {
-    store.beside.value = null;
+    store.sidePanel.value = null;
   };
   useEffect(() => {
     // The tour is about Move, which shows the most.
@@ -45,7 +45,7 @@ export function Tour() {
     element?.querySelector<HTMLElement>("[data-first]")?.focus();
   }, []);
   useEffect(() => {
-    const element = step === undefined ? undefined : elementOf(step[1]);
+    const element = step === undefined ? undefined : visibleElement(step[1]);
     element?.scrollIntoView({ block: "center", inline: "center" });
     const look = () => {
       hole.value = element?.getBoundingClientRect() ?? null;
@@ -65,8 +65,8 @@ export function Tour() {
       : {
           left: `clamp(12px, ${is.left + is.width / 2 - 170}px, calc(100vw - min(340px, 100vw - 24px) - 12px))`,
           ...(isLow
-            ? { bottom: `${Math.min(innerHeight - is.top + APART + ROOM, innerHeight - 240)}px` }
-            : { top: `${Math.min(is.bottom + APART + ROOM, innerHeight - 240)}px` }),
+            ? { bottom: `${Math.min(innerHeight - is.top + CARD_DISTANCE + HOLE_MARGIN, innerHeight - 240)}px` }
+            : { top: `${Math.min(is.bottom + CARD_DISTANCE + HOLE_MARGIN, innerHeight - 240)}px` }),
         };
   const last = at.value >= steps.length - 1;
   return (
@@ -80,10 +80,10 @@ export function Tour() {
         <div
           class="tour-hole"
           style={{
-            left: `${is.left - ROOM}px`,
-            top: `${is.top - ROOM}px`,
-            width: `${is.width + 2 * ROOM}px`,
-            height: `${is.height + 2 * ROOM}px`,
+            left: `${is.left - HOLE_MARGIN}px`,
+            top: `${is.top - HOLE_MARGIN}px`,
+            width: `${is.width + 2 * HOLE_MARGIN}px`,
+            height: `${is.height + 2 * HOLE_MARGIN}px`,
           }}
         />
       )}
@@ -91,9 +91,9 @@ export function Tour() {
         <h2 id="tour-title">{w("tour.title", { step: at.value + 1, steps: steps.length })}</h2>
         <p aria-live="polite">{w(step[0])}</p>
         <div class="buttons-row">
-          <Do id="tour-end" class="quiet" text={w("tour.end")} press={end} />
-          {at.value > 0 ? <Do id="tour-back" text={w("tour.back")} press={() => at.value--} /> : null}
-          <Do
+          <Button id="tour-end" class="quiet" text={w("tour.end")} press={end} />
+          {at.value > 0 ? <Button id="tour-back" text={w("tour.back")} press={() => at.value--} /> : null}
+          <Button
             id="tour-next"
             class="primary"
             data-first

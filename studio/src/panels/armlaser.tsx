@@ -7,7 +7,7 @@ import texts from "./armlaser.json";
 
 const w = sentencesOf(texts);
 
-/** Switch that arms the laser; hidden if the job does not burn. `why` is the id of the reason shown while it is off. */
+/** Switch that arms the laser; hidden if the job does not burn. `whyNoControl` is the id of the reason shown while it is off. */
 export function ArmLaser({ id, burns, why }: { id: string; burns: boolean; why: string }) {
   if (!burns) return null;
   return (
@@ -15,7 +15,7 @@ export function ArmLaser({ id, burns, why }: { id: string; burns: boolean; why: 
       id={id}
       label={w("laser.arm")}
       on={isArmed.value}
-      off={jobs.why.value !== null}
+      off={jobs.whyNoControl.value !== null}
       why={why}
       danger
       flip={(on) => (isArmed.value = on)}

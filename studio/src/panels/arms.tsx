@@ -1,10 +1,10 @@
 // Arms of the station, the connection to it, and the log.
 
-import { tried } from "../actions";
+import { attempt } from "../actions";
 import { t } from "../i18n";
 import { clock, lines, save } from "../log";
 import { canTrace, trace } from "../session";
-import { Card, Do } from "../ui/parts";
+import { Button, Card } from "../ui/parts";
 import { Connect } from "./connect";
 import { Site } from "./site";
 
@@ -18,15 +18,15 @@ function Log() {
       more={
         <>
           {canTrace() ? (
-            <Do
+            <Button
               id="log-export"
               class="quiet small"
-              press={() => tried(async () => save("magician.pcapng", await trace(), "application/octet-stream"))}
+              press={() => attempt(async () => save("magician.pcapng", await trace(), "application/octet-stream"))}
             >
               {t("log.bytes")}
-            </Do>
+            </Button>
           ) : null}
-          <Do
+          <Button
             class="quiet small"
             off={all.length === 0}
             text={t("log.export")}

@@ -5,7 +5,7 @@ import { tokenFor } from "../pairing";
 import { serial } from "../serial";
 import { apiUrl, connect, connectSerial, connectSim, disconnect, keptPupil, keptToken } from "../session";
 import * as store from "../store";
-import { Card, Do, TextField } from "../ui/parts";
+import { Button, Card, TextField } from "../ui/parts";
 
 /** Text beside the button: its effect, or why it is disabled here. */
 function serialHint() {
@@ -37,7 +37,7 @@ export function Connect() {
     if (address === null) return;
     const name = pupil.value.trim();
     const found = name === "" ? await tokenFor(address, token.value.trim()) : token.value.trim();
-    if (found === null) return store.say(t("connect.code.refused"), true);
+    if (found === null) return store.notify(t("connect.code.refused"), true);
     token.value = found;
     connect(address, found, name);
   };
@@ -45,7 +45,7 @@ export function Connect() {
     <Card title={t("connect.title")} class="connect">
       <div class="ways">
         <div class="way">
-          <Do
+          <Button
             id="connect-sim"
             class={isFirst ? "primary" : ""}
             off={backend === "sim"}
@@ -58,7 +58,7 @@ export function Connect() {
           </p>
         </div>
         <div class="way">
-          <Do
+          <Button
             id="connect-serial"
             off={noSerial}
             aria-describedby="serial-why"
@@ -101,7 +101,7 @@ export function Connect() {
           <button type="submit" class={isOn || store.isStatic.value ? "" : "primary"} data-testid="connect-station">
             {t("connect.station")}
           </button>
-          {isOn ? <Do class="quiet" text={t("connect.end")} press={disconnect} /> : null}
+          {isOn ? <Button class="quiet" text={t("connect.end")} press={disconnect} /> : null}
         </div>
       </form>
       {location.protocol === "https:" ? <p class="hint">{t("connect.mixed")}</p> : null}

@@ -1,8 +1,8 @@
 // Drawing with the pen: arranged on the sheet, then drawn on the paper.
 import { t } from "../i18n";
 import { benches } from "../run/bench";
-import { Workshop } from "./workshop";
+import { WorkshopPanel } from "./workshop";
 
 export const Draw = () => (
-  <Workshop bench={benches.pen} name={t("nav.draw")} hint={t("draw.empty")} first={["passes", "speed"]} />
+  <WorkshopPanel bench={benches.pen} name={t("nav.draw")} hint={t("draw.empty")} first={["passes", "speed"]} />
 );

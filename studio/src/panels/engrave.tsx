@@ -3,30 +3,30 @@
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
-import { numberOf } from "../numbers";
+import { parseNumber } from "../numbers";
 import { benches } from "../run/bench";
 import { whyNotStart } from "../run/jobs";
 import { watchArmed } from "../run/laser";
 import * as store from "../store";
-import { Card, Do, TextField } from "../ui/parts";
+import { Button, Card, TextField } from "../ui/parts";
 import { sentencesOf } from "../words";
 import { ArmLaser } from "./armlaser";
 import texts from "./engrave.json";
-import { Workshop } from "./workshop";
+import { WorkshopPanel } from "./workshop";
 
 const w = sentencesOf(texts);
 
 /** Values typed for a test grid; the station supplies the others. */
 const grid = signal<Record<string, string>>({});
-const GRID = ["power", "speed", "cell"] as const;
+const GRID_FIELDS = ["power", "speed", "cell"] as const;
 const bench = benches.laser;
-const isGrid = () => bench.item.value?.format === "testgrid";
+const isTestGrid = () => bench.item.value?.format === "testgrid";
 
-function lay(fields: Record<string, string>, isWanted = true): void {
+function setGrid(fields: Record<string, string>, isWanted = true): void {
   grid.value = fields;
   if (!isWanted) return;
   const typed = Object.entries(fields).flatMap(([name, text]) =>
-    text.trim() === "" ? [] : [[name, name === "cell" ? (numberOf(text) ?? text.trim()) : text.trim()]],
+    text.trim() === "" ? [] : [[name, name === "cell" ? (parseNumber(text) ?? text.trim()) : text.trim()]],
   );
   const text = JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) });
   bench.replace({ source: { text, format: "testgrid" }, format: "testgrid", name: t("laser.grid") });
@@ -38,24 +38,26 @@ function TestGrid() {
     <Card title={t("laser.grid")} class="grid-card">
       <p class="hint">{w("laser.grid.text")}</p>
       <div class="setup">
-        {GRID.map((name) => (
+        {GRID_FIELDS.map((name) => (
           <TextField
             key={name}
             id={`testgrid-${name}`}
             label={t(`laser.grid.${name}`)}
             value={grid.value[name] ?? ""}
             placeholder={t("setup.unset")}
-            bad={name === "cell" && (grid.value.cell ?? "").trim() !== "" && numberOf(grid.value.cell ?? "") === null}
+            bad={
+              name === "cell" && (grid.value.cell ?? "").trim() !== "" && parseNumber(grid.value.cell ?? "") === null
+            }
             off={off}
-            set={(text) => lay({ ...grid.value, [name]: text }, isGrid())}
+            set={(text) => setGrid({ ...grid.value, [name]: text }, isTestGrid())}
           />
         ))}
-        <Do
+        <Button
           id="laser-testgrid"
-          aria-pressed={isGrid()}
+          aria-pressed={isTestGrid()}
           off={off}
           text={w("laser.grid.lay")}
-          press={() => lay(grid.value)}
+          press={() => setGrid(grid.value)}
         />
       </div>
     </Card>
@@ -72,7 +74,7 @@ export function Engrave() {
     });
   const before = (
     <div class="laser-do">
-      <Do
+      <Button
         id="laser-frame"
         off={off || bench.chosen.value === null}
         why="draw-why"
@@ -84,7 +86,7 @@ export function Engrave() {
     </div>
   );
   return (
-    <Workshop
+    <WorkshopPanel
       bench={bench}
       name={t("nav.engrave")}
       hint={w("engrave.empty")}
@@ -92,6 +94,6 @@ export function Engrave() {
       before={before}
     >
       <TestGrid />
-    </Workshop>
+    </WorkshopPanel>
   );
 }

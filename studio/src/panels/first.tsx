@@ -1,38 +1,38 @@
 // First steps with the virtual arm: three things to try, one press each.
 import { useSignal } from "@preact/signals";
-import { complain } from "../actions";
+import { reportError } from "../actions";
 import { t } from "../i18n";
-import { call, shown } from "../session";
+import { call, shownArm } from "../session";
 import { hasTried } from "../settings";
 import * as store from "../store";
-import { Card, Do } from "../ui/parts";
+import { Button, Card } from "../ui/parts";
 
-const TRIES = ["wave", "house", "circle"] as const;
-type Try = (typeof TRIES)[number];
+const EXERCISES = ["wave", "house", "circle"] as const;
+type Exercise = (typeof EXERCISES)[number];
 export function FirstSteps() {
   const isMine = useSignal(false);
   if (store.backend.value !== "sim" || hasTried.value === "yes" || store.socket.value !== "up") return null;
   const why = store.why.value;
-  const go = async (what: Try) => {
+  const go = async (what: Exercise) => {
     isMine.value = true;
     try {
       const plans = (await (await fetch(new URL("assets/first.json", document.baseURI))).json()) as Record<
-        Try,
+        Exercise,
         unknown
       >;
-      await call("job.start", { ...shown(), text: JSON.stringify(plans[what]) });
+      await call("job.start", { ...shownArm(), text: JSON.stringify(plans[what]) });
     } catch (error) {
       isMine.value = false;
-      complain(error);
+      reportError(error);
     }
   };
-  const done = <Do id="first-close" class="quiet small" text={t("close")} press={() => (hasTried.value = "yes")} />;
+  const done = <Button id="first-close" class="quiet small" text={t("close")} press={() => (hasTried.value = "yes")} />;
   return (
     <Card title={t("first.title")} class="first" more={done}>
       <ul class="tries">
-        {TRIES.map((what) => (
+        {EXERCISES.map((what) => (
           <li key={what}>
-            <Do
+            <Button
               id={`first-${what}`}
               class="primary"
               off={why !== null}
@@ -43,10 +43,10 @@ export function FirstSteps() {
           </li>
         ))}
         <li>
-          <Do id="first-draw" text={t("first.draw")} press={() => (location.hash = "#/draw")} />
+          <Button id="first-draw" text={t("first.draw")} press={() => (location.hash = "#/draw")} />
         </li>
         <li>
-          <Do id="first-more" class="quiet" text={t("first.more")} press={() => (location.hash = "#/gallery")} />
+          <Button id="first-more" class="quiet" text={t("first.more")} press={() => (location.hash = "#/gallery")} />
         </li>
       </ul>
       <p id="first-why" class="hint" role="status">

@@ -1,9 +1,9 @@
 // Gallery of examples: each opens in its panel, and runs at once on a virtual arm.
 import { useSignal } from "@preact/signals";
 import { EXAMPLES, type Example } from "../gallery/examples";
-import { open, runs, why } from "../gallery/open";
+import { canAutostart, openExample, whyNotOpen } from "../gallery/open";
 import { t } from "../i18n";
-import { Card, Why } from "../ui/parts";
+import { Card, Reason } from "../ui/parts";
 import { sentencesOf } from "../words";
 import "./gallery.css";
 import texts from "./gallery.json";
@@ -33,16 +33,16 @@ function Tile({ example, off, opens }: { example: Example; off: boolean; opens: 
 
 export function Gallery() {
   const opening = useSignal(false);
-  const reason = why.value;
+  const reason = whyNotOpen.value;
   const opens = async (example: Example) => {
     opening.value = true;
-    await open(example);
+    await openExample(example);
     opening.value = false;
   };
   return (
     <Card title={w("gallery.title")} class="gallery-card" data-testid="gallery">
-      <p class="hint">{w(runs.value ? "gallery.runs" : "gallery.opens")}</p>
-      <Why id="gallery-why" text={reason === null ? null : t(reason)} />
+      <p class="hint">{w(canAutostart.value ? "gallery.runs" : "gallery.opens")}</p>
+      <Reason id="gallery-why" text={reason === null ? null : t(reason)} />
       <ul class="gallery">
         {EXAMPLES.map((example) => (
           <Tile

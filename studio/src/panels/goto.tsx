@@ -1,20 +1,20 @@
 // Going to a pose that is typed, pasted, or pressed on the table. Nothing moves before Go.
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { complain, problemOf } from "../actions";
-import { numberOf } from "../numbers";
-import { call, shown } from "../session";
+import { problemOf, reportError } from "../actions";
+import { parseNumber } from "../numbers";
+import { call, shownArm } from "../session";
 import * as store from "../store";
-import { Do, TextField } from "../ui/parts";
-import { pressed, target } from "../view/layers";
+import { Button, TextField } from "../ui/parts";
+import { onTablePressed, target } from "../view/layers";
 import { sentencesOf } from "../words";
-import { AXES, poseOf, poseText } from "./goto.pose";
+import { AXES, formatPose, parsePose } from "./goto.pose";
 import "./goto.css";
 import texts from "./goto.json";
 
 const w = sentencesOf(texts);
 /** Delay after the last key before the fields are checked, ms. */
-const RESTS = 200;
+const CHECK_DELAY = 200;
 const UNITS = { x: "mm", y: "mm", z: "mm", r: "°" } as const;
 
 /** Copies text to the clipboard. Over plain HTTP browsers only support the old way. */
@@ -36,14 +36,14 @@ async function copy(text: string): Promise<boolean> {
 async function copyPose(): Promise<void> {
   const state = store.state.value;
   if (state === null) return;
-  const pose = poseText(state);
+  const pose = formatPose(state);
   const done = await copy(pose);
-  store.say(done ? w("copied", { pose }) : w("uncopied"), !done);
+  store.notify(done ? w("copied", { pose }) : w("uncopied"), !done);
 }
 
 /** The pose that is typed, or null. */
-function goalOf(typed: readonly string[]) {
-  const [x, y, z, r] = typed.map(numberOf);
+function parseGoal(typed: readonly string[]) {
+  const [x, y, z, r] = typed.map(parseNumber);
   return x != null && y != null && z != null && r != null ? { x, y, z, r } : null;
 }
 
@@ -56,7 +56,7 @@ function Fields() {
     typed.value = typed.value.map((old, nth) => (values[nth] === undefined ? old : String(values[nth])));
   };
   useSignalEffect(() => {
-    const goal = goalOf(typed.value);
+    const goal = parseGoal(typed.value);
     target.value = goal;
     if (goal === null) {
       why.value = w("number");
@@ -73,35 +73,35 @@ function Fields() {
       );
       if (!isOld) why.value = refusal;
     };
-    const timer = setTimeout(() => void look(), RESTS);
+    const timer = setTimeout(() => void look(), CHECK_DELAY);
     return () => {
       isOld = true;
       clearTimeout(timer);
     };
   });
   useEffect(() => {
-    pressed.value = (x, y) => put([Math.round(x), Math.round(y)]);
+    onTablePressed.value = (x, y) => put([Math.round(x), Math.round(y)]);
     return () => {
-      pressed.value = null;
+      onTablePressed.value = null;
       target.value = null;
     };
   }, []);
   const go = async () => {
     // Reads the fields themselves: the drawn target follows a moment later.
-    const goal = goalOf(typed.peek());
+    const goal = parseGoal(typed.peek());
     if (goal === null || isGoing.peek()) return;
     isGoing.value = true;
     const rail = store.state.value?.rail ?? null;
     try {
-      await call("arm.move", { ...shown(), to: [goal.x, goal.y, goal.z, goal.r, ...(rail === null ? [] : [rail])] });
+      await call("arm.move", { ...shownArm(), to: [goal.x, goal.y, goal.z, goal.r, ...(rail === null ? [] : [rail])] });
     } catch (error) {
       why.value = problemOf(error).text;
-      complain(error);
+      reportError(error);
     }
     isGoing.value = false;
   };
   const paste = (event: ClipboardEvent) => {
-    const pose = poseOf(event.clipboardData?.getData("text") ?? "");
+    const pose = parsePose(event.clipboardData?.getData("text") ?? "");
     if (pose === null) return;
     event.preventDefault();
     put(pose);
@@ -118,7 +118,7 @@ function Fields() {
             label={axis}
             unit={UNITS[axis]}
             inputMode="decimal"
-            bad={numberOf(typed.value[nth] ?? "") === null}
+            bad={parseNumber(typed.value[nth] ?? "") === null}
             value={typed.value[nth] ?? ""}
             live
             set={(text) => (typed.value = typed.value.with(nth, text))}
@@ -126,7 +126,7 @@ function Fields() {
         ))}
       </div>
       <div class="goto-do">
-        <Do
+        <Button
           id="goto-start"
           class="primary"
           off={isOff}
@@ -134,7 +134,7 @@ function Fields() {
           text={w(isGoing.value ? "going" : "go")}
           press={go}
         />
-        <Do id="goto-here" text={w("here")} press={() => (typed.value = present())} />
+        <Button id="goto-here" text={w("here")} press={() => (typed.value = present())} />
         <p id="goto-said" class={`goto-said ${why.value === null ? "" : "bad"}`} role="status" data-testid="goto-said">
           {why.value ?? w("ready")}
         </p>
@@ -149,13 +149,13 @@ export function GoTo() {
   return (
     <>
       <div class="goto-bar">
-        <Do
+        <Button
           id="goto"
           aria-expanded={isOpen.value}
           text={isOpen.value ? w("close") : w("open")}
           press={() => (isOpen.value = !isOpen.value)}
         />
-        <Do id="pose-copy" off={store.state.value === null} text={w("copy")} press={copyPose} />
+        <Button id="pose-copy" off={store.state.value === null} text={w("copy")} press={copyPose} />
       </div>
       {isOpen.value ? <Fields /> : null}
     </>

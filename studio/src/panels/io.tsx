@@ -2,13 +2,13 @@
 // none.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { agreed, complain, tried } from "../actions";
+import { attempt, reportError, withConfirmation } from "../actions";
 import { t } from "../i18n";
-import { io, levels, type Row, refresh, type Field as TableField, watchOf, watchPins } from "../pins";
-import { call, shown } from "../session";
+import { io, levels, type Row, refresh, type Field as TableField, watchKind, watchPins } from "../pins";
+import { call, shownArm } from "../session";
 import { language } from "../settings";
 import * as store from "../store";
-import { Card, Do, Field, Heads, NumberInput, Pick, Range } from "../ui/parts";
+import { Button, Card, ColumnHeads, Field, NumberInput, Pick, Range } from "../ui/parts";
 import { sentencesOf } from "../words";
 import "./io.css";
 import texts from "./io.words.json";
@@ -17,18 +17,20 @@ import sentences from "./pins.json";
 const w = sentencesOf(sentences);
 
 type Pin = NonNullable<typeof io.value>["pins"][number];
-const WHY = "io-why";
+const REASON_ID = "io-why";
 /** Translations of the table's texts, by language. */
-const WORDS: Record<string, Record<string, string>> = texts;
-const words = (text: string): string => {
+const TABLE_TEXTS: Record<string, Record<string, string>> = texts;
+const tableText = (text: string): string => {
   const [said = ""] = text.split(";");
-  return WORDS[language.value]?.[said] ?? said;
+  return TABLE_TEXTS[language.value]?.[said] ?? said;
 };
 
 /** Sends a command of the table with values in the order of its fields. */
 async function send(row: Row, values: ReadonlyArray<number | boolean>): Promise<void> {
   const fields = Object.fromEntries((row.sets ?? []).map(({ name }, at) => [name, values[at] as number | boolean]));
-  await tried(() => agreed(row.about, (yes) => call("arm.set", { ...shown(), command: row.command, fields, ...yes })));
+  await attempt(() =>
+    withConfirmation(row.about, (yes) => call("arm.set", { ...shownArm(), command: row.command, fields, ...yes })),
+  );
 }
 const rowOf = (role: string) => io.value?.rows.find((row) => row.role === role);
 async function setPin(role: string, values: number[]): Promise<void> {
@@ -36,12 +38,12 @@ async function setPin(role: string, values: number[]): Promise<void> {
   if (row) await send(row, values);
   await refresh();
 }
-const drive = (address: number, to: { level: boolean } | { value: number }) =>
-  tried(() => call("world.input", { ...shown(), address, ...to }));
+const driveInput = (address: number, to: { level: boolean } | { value: number }) =>
+  attempt(() => call("world.input", { ...shownArm(), address, ...to }));
 
 /** Reading of a pin as text, and true if it is high; null if unknown. */
 function reading({ address, function: own, frequency, duty_cycle }: Pin): { text: string; high: boolean | null } {
-  const kind = watchOf(own);
+  const kind = watchKind(own);
   const value = levels.value.get(address);
   if (frequency !== null) return { text: `${frequency} Hz, ${duty_cycle} %`, high: null };
   if (kind === null || value === undefined) return { text: "–", high: null };
@@ -56,24 +58,24 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   const frequency = useSignal(pin.frequency || 1000);
   const duty = useSignal(pin.duty_cycle || 50);
   const { address } = pin;
-  const kind = watchOf(pin.function);
+  const kind = watchKind(pin.function);
   const level = levels.value.get(address) ?? 0;
   const driven = {
     id: `pin-${address}-drive`,
     label: w("io.drive", { n: address }),
     off: store.lease.value !== "mine",
-    why: WHY,
+    why: REASON_ID,
   };
   if (kind === "output") {
     const is = levels.value.get(address) ?? pin.level ?? 0;
     const turn = () => setPin("output", [address, is === 0 ? 1 : 0]);
     return (
-      <Do
+      <Button
         id={`pin-${address}-set`}
         aria-pressed={is !== 0}
         label={w("io.set", { n: address })}
         off={off}
-        why={WHY}
+        why={REASON_ID}
         text={w(is === 0 ? "io.high" : "io.low")}
         press={turn}
       />
@@ -83,7 +85,7 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
     const [, hertz, percent] = rowOf("signal")?.sets ?? [];
     const setSignal = () => setPin("signal", [address, frequency.value, duty.value]);
     const number = (field: TableField | undefined, value: typeof duty) => {
-      const label = `${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`;
+      const label = `${tableText(field?.about ?? "")}, ${tableText(field?.unit ?? "")}`;
       return (
         <NumberInput
           label={label}
@@ -92,7 +94,7 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
           most={field?.most}
           value={value.value}
           off={off}
-          why={WHY}
+          why={REASON_ID}
           set={(to) => (value.value = to)}
         />
       );
@@ -101,12 +103,12 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
       <>
         {number(hertz, frequency)}
         {number(percent, duty)}
-        <Do
+        <Button
           id={`pin-${address}-set`}
           class="small"
           label={w("io.set", { n: address })}
           off={off}
-          why={WHY}
+          why={REASON_ID}
           text={w("io.signal")}
           press={setSignal}
         />
@@ -118,18 +120,18 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
     const { counts = 1, volts = 0 } = io.value?.analog ?? {};
     return (
       <>
-        <Range {...driven} least={0} most={counts} value={level} set={(value) => drive(address, { value })} />
+        <Range {...driven} least={0} most={counts} value={level} set={(value) => driveInput(address, { value })} />
         <small>{`0 … ${volts} V`}</small>
       </>
     );
   }
   return (
-    <Do
+    <Button
       {...driven}
       class="quiet"
       aria-pressed={level !== 0}
       text={w(level === 0 ? "io.driveHigh" : "io.driveLow")}
-      press={() => drive(address, { level: level === 0 })}
+      press={() => driveInput(address, { level: level === 0 })}
     />
   );
 }
@@ -147,11 +149,11 @@ function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
           value={pin.function}
           options={(io.value?.functions ?? []).map(({ value, about }) => ({
             value,
-            text: value === 0 ? w("io.none") : words(about),
+            text: value === 0 ? w("io.none") : tableText(about),
             disabled: pin.can !== null && !pin.can.includes(value),
           }))}
           off={off}
-          why={WHY}
+          why={REASON_ID}
           choose={(to) => setPin("function", [address, to])}
         />
       </td>
@@ -171,7 +173,7 @@ function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
 }
 
 /** Interval of reading a sensor, ms. */
-const PAUSE = 500;
+const READ_INTERVAL = 500;
 
 /** Sensor or stepper: the fields of its command, and its answer. */
 function Device({ row, off }: { row: Row; off: boolean }) {
@@ -192,12 +194,12 @@ function Device({ row, off }: { row: Row; off: boolean }) {
     const read = async () => {
       const query = Object.fromEntries((row.asks ?? []).map((field) => [field.name, valueFor(field)]));
       try {
-        seen.value = (await call("arm.get", { ...shown(), command: row.command, query })) as Record<string, number>;
+        seen.value = (await call("arm.get", { ...shownArm(), command: row.command, query })) as Record<string, number>;
       } catch (error) {
         reads.value = false;
-        complain(error);
+        reportError(error);
       }
-      if (!over) timer = setTimeout(() => void read(), PAUSE);
+      if (!over) timer = setTimeout(() => void read(), READ_INTERVAL);
     };
     void read();
     return () => {
@@ -210,13 +212,13 @@ function Device({ row, off }: { row: Row; off: boolean }) {
   return (
     <form
       class="device"
-      aria-label={words(row.about)}
+      aria-label={tableText(row.about)}
       onSubmit={(event) => {
         event.preventDefault();
         void send(row, fields.map(valueFor)).then(refresh);
       }}
     >
-      <b>{words(row.about).replace(/\.$/, "")}</b>
+      <b>{tableText(row.about).replace(/\.$/, "")}</b>
       <div class="device-fields">
         {fields.map((field) => {
           const value = valueFor(field);
@@ -230,17 +232,18 @@ function Device({ row, off }: { row: Row; off: boolean }) {
                   disabled={off}
                   onChange={(event) => take(event.currentTarget.checked ? 1 : 0)}
                 />
-                {words(field.about)}
+                {tableText(field.about)}
               </label>
             );
           }
-          const label = field.kind === "number" ? `${words(field.about)}, ${words(field.unit)}` : words(field.about);
+          const label =
+            field.kind === "number" ? `${tableText(field.about)}, ${tableText(field.unit)}` : tableText(field.about);
           return (
             <Field key={field.name} label={label}>
               {field.kind === "choice" ? (
                 <Pick
                   value={value}
-                  options={field.choices.map((choice) => ({ value: choice.value, text: words(choice.name) }))}
+                  options={field.choices.map((choice) => ({ value: choice.value, text: tableText(choice.name) }))}
                   off={off}
                   choose={take}
                 />
@@ -264,20 +267,20 @@ function Device({ row, off }: { row: Row; off: boolean }) {
         <button
           type="submit"
           disabled={off}
-          aria-describedby={off ? WHY : undefined}
+          aria-describedby={off ? REASON_ID : undefined}
           data-testid={`device-${row.command}`}
         >
           {w("io.send")}
         </button>
         {tells.length > 0 ? (
-          <Do
+          <Button
             id={`read-${row.command}`}
             aria-pressed={reads.value}
             off={!store.isUp.value}
             press={() => (reads.value = !reads.value)}
           >
             {w(reads.value ? "io.reading" : "io.read")}
-          </Do>
+          </Button>
         ) : null}
         {seen.value === null ? null : (
           <>
@@ -289,9 +292,9 @@ function Device({ row, off }: { row: Row; off: boolean }) {
             ) : null}
             {tells.map(({ name, about, unit, kind }) => (
               <span key={name}>
-                {words(about)}{" "}
+                {tableText(about)}{" "}
                 <b>{kind === "switch" ? (seen.value?.[name] ? t("yes") : w("io.no")) : seen.value?.[name]}</b>
-                {kind === "number" && unit !== "counts" ? ` ${words(unit)}` : ""}
+                {kind === "number" && unit !== "counts" ? ` ${tableText(unit)}` : ""}
               </span>
             ))}
           </>
@@ -312,14 +315,14 @@ export function Io() {
   return (
     <div class="io">
       <Card title={w("io.pins")} class="pins-card">
-        <p class={`jog-status ${off === null ? "" : "off"}`} id={WHY}>
+        <p class={`jog-status ${off === null ? "" : "off"}`} id={REASON_ID}>
           {off === null ? w("io.hint") : t(off)}
         </p>
         {known === null ? (
           <p class="hint">{t(store.socket.value === "closed" ? "why.closed" : "link.connecting")}</p>
         ) : (
           <table class="pins" aria-label={w("io.pins")}>
-            <Heads names={[w("io.pin"), w("io.function"), w("io.level"), w("io.setting")]} />
+            <ColumnHeads names={[w("io.pin"), w("io.function"), w("io.level"), w("io.setting")]} />
             <tbody>
               {known.pins.map((pin) => (
                 <PinRow key={pin.address} pin={pin} off={off !== null} />

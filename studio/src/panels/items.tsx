@@ -4,7 +4,7 @@ import type { Bench } from "../run/bench";
 import type { Item } from "../run/items";
 import { PATHS, SHAPES } from "../run/shapes";
 import * as store from "../store";
-import { Card, Do } from "../ui/parts";
+import { Button, Card } from "../ui/parts";
 import { sentencesOf } from "../words";
 import "./items.css";
 import texts from "./workshop.json";
@@ -49,7 +49,7 @@ export function Palette({ bench, write }: { bench: Bench; write: () => void }) {
   };
   return (
     <div class="palette" role="group" aria-label={w("objects.add")}>
-      <Do
+      <Button
         id="add-text"
         class="quiet"
         off={off}
@@ -60,9 +60,9 @@ export function Palette({ bench, write }: { bench: Bench; write: () => void }) {
         <svg viewBox="-4 -4 58 58" aria-hidden="true">
           <path d="M5 12V4H45V12M25 4V46M17 46H33" />
         </svg>
-      </Do>
+      </Button>
       {SHAPES.map((shape) => (
-        <Do
+        <Button
           key={shape}
           id={`shape-${shape}`}
           class="quiet"
@@ -74,7 +74,7 @@ export function Palette({ bench, write }: { bench: Bench; write: () => void }) {
           <svg viewBox="-4 -4 58 58" aria-hidden="true">
             <path d={PATHS[shape]} />
           </svg>
-        </Do>
+        </Button>
       ))}
     </div>
   );
@@ -119,23 +119,23 @@ export function Objects({ bench }: { bench: Bench }) {
       {item === null ? null : (
         <div class="item-do" role="group" aria-label={`${w("objects.of")}: ${nameOf(item)}`}>
           <div class="buttons-row">
-            <Do
+            <Button
               id="object-duplicate"
               class="small"
               text={w("objects.duplicate")}
               press={() => bench.duplicate(item.id)}
             />
-            <Do id="object-delete" class="small" text={w("objects.delete")} press={() => bench.remove(item.id)} />
+            <Button id="object-delete" class="small" text={w("objects.delete")} press={() => bench.remove(item.id)} />
             {items.length < 2 ? null : (
               <>
-                <Do
+                <Button
                   id="object-earlier"
                   class="small"
                   off={at === 0}
                   text={w("objects.earlier")}
                   press={() => bench.order(item.id, -1)}
                 />
-                <Do
+                <Button
                   id="object-later"
                   class="small"
                   off={at === items.length - 1}

@@ -20,11 +20,11 @@ function JogButton({ axis, sign, hint, place }: ButtonProps) {
   const off = store.why.value !== null;
   const direction = `${axis}${sign > 0 ? "+" : "-"}`;
   const by = `pointer ${direction}`;
-  const lift = () => jog.lift(by);
+  const lift = () => jog.release(by);
   return (
     <button
       type="button"
-      class={`jog ${jog.current.value === direction ? "on" : ""}`}
+      class={`jog ${jog.currentDirection.value === direction ? "on" : ""}`}
       style={place === undefined ? undefined : { gridArea: place }}
       data-testid={`jog-${axis}-${sign > 0 ? "plus" : "minus"}`}
       data-axis={axis}
@@ -44,7 +44,7 @@ function JogButton({ axis, sign, hint, place }: ButtonProps) {
       onContextMenu={(event) => event.preventDefault()}
       onClick={(event) => {
         // Activated by a screen reader, without pointer or key: a hold would never end.
-        if (event.detail === 0 && jog.steps.value) jog.press(axis, sign, by);
+        if (event.detail === 0 && jog.makesSteps.value) jog.press(axis, sign, by);
       }}
     >
       <span>
@@ -74,8 +74,8 @@ const JOINTS = [
 
 function Status() {
   const why = store.why.value;
-  const { phase, current, ended } = jog;
-  let text = t(jog.steps.value ? "jog.idle.step" : "jog.idle.hold");
+  const { phase, currentDirection: current, endReason: ended } = jog;
+  let text = t(jog.makesSteps.value ? "jog.idle.step" : "jog.idle.hold");
   if (current.value !== null && phase.value !== "ending") {
     text = t("jog.running", { axis: current.value.toUpperCase().replace("-", "−") });
   } else if (ended.value !== null) {
@@ -156,7 +156,7 @@ export function JogPad() {
         <Choice
           name="jog-mode"
           label={t("jog.mode")}
-          value={jog.steps.value ? "step" : "hold"}
+          value={jog.makesSteps.value ? "step" : "hold"}
           choose={(mode) => (jog.mode.value = mode)}
           options={modes}
         />

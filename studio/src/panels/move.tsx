@@ -1,6 +1,6 @@
 import { t } from "../i18n";
 import * as store from "../store";
-import { later } from "../ui/later";
+import { lazy } from "../ui/lazy";
 import { ArmView } from "../view/view";
 import { Connect } from "./connect";
 import { FirstSteps } from "./first";
@@ -8,7 +8,7 @@ import { JogPad } from "./jogpad";
 import { GoToPose, Pose } from "./pose";
 import { ArmCard } from "./tools";
 
-const Surface = later(() => import("./surface").then(({ Surface }) => Surface));
+const Surface = lazy(() => import("./surface").then(({ Surface }) => Surface));
 
 export function Move() {
   // A pupil whose class has ended connects to nothing.

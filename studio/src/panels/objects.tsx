@@ -1,39 +1,39 @@
 // Objects around a virtual arm: go to one, pick it up, put it on another, without typing numbers.
 import { useEffect } from "preact/hooks";
-import { tried } from "../actions";
+import { attempt } from "../actions";
 import { t } from "../i18n";
-import { call, shown } from "../session";
+import { call, shownArm } from "../session";
 import * as store from "../store";
 import { toolWait } from "../teach/actions";
-import { CLEAR, gripOf, heldAfter, holdOf, picks, puts, type Thing } from "../teach/objects";
+import { CLEARANCE, gripOf, gripPosition, heldAfter, pickRows, placeRows, type WorldObject } from "../teach/objects";
 import * as program from "../teach/rows";
 import { w } from "../teach/words";
-import { Card, Do } from "../ui/parts";
+import { Button, Card } from "../ui/parts";
 import "./objects.css";
-import { watchWorld, world } from "../view/seen";
+import { watchWorld, world } from "../view/world";
 
-const NAMES = {
+const ROW_NAMES = {
   above: (name: string) => w("objects.above", { name }),
   on: (name: string) => w("objects.on", { name }),
 };
-const turn = () => store.state.value?.r ?? 0;
+const toolRotation = () => store.state.value?.r ?? 0;
 
 /** Moves the arm above an object or onto it, clear of everything in between. */
-export function goTo(thing: Thing, above: boolean): Promise<void> {
-  const [x, y, z] = holdOf(thing, gripOf(store.state.value?.tool.name) ?? "suction");
-  const to = (z: number) => [x, y, z, turn()];
-  return tried(async () => {
-    await call("arm.move", { ...shown(), to: to(z + CLEAR), by: "joint" });
-    if (!above) await call("arm.move", { ...shown(), to: to(z), by: "linear" });
+export function goTo(thing: WorldObject, above: boolean): Promise<void> {
+  const [x, y, z] = gripPosition(thing, gripOf(store.state.value?.tool.name) ?? "suction");
+  const to = (z: number) => [x, y, z, toolRotation()];
+  return attempt(async () => {
+    await call("arm.move", { ...shownArm(), to: to(z + CLEARANCE), by: "joint" });
+    if (!above) await call("arm.move", { ...shownArm(), to: to(z), by: "linear" });
   });
 }
 
 /** Buttons for both. */
-export function GoTo({ thing, off, why }: { thing: Thing; off: boolean; why: string }) {
+export function GoTo({ thing, off, why }: { thing: WorldObject; off: boolean; why: string }) {
   const { name } = thing;
   return (
     <>
-      <Do
+      <Button
         id={`goto-above-${name}`}
         class="small"
         off={off}
@@ -42,7 +42,7 @@ export function GoTo({ thing, off, why }: { thing: Thing; off: boolean; why: str
         text={w("objects.goAbove")}
         press={() => goTo(thing, true)}
       />
-      <Do
+      <Button
         id={`goto-on-${name}`}
         class="small"
         off={off}
@@ -55,7 +55,7 @@ export function GoTo({ thing, off, why }: { thing: Thing; off: boolean; why: str
   );
 }
 
-function One({ thing, held, off }: { thing: Thing; held: Thing | null; off: boolean }) {
+function ObjectRow({ thing, held, off }: { thing: WorldObject; held: WorldObject | null; off: boolean }) {
   const { name, color } = thing;
   const grip = gripOf(store.state.value?.tool.name);
   const tool = () => ({ tool: store.state.value?.tool.name ?? null });
@@ -66,23 +66,23 @@ function One({ thing, held, off }: { thing: Thing; held: Thing | null; off: bool
       <span class="swatch" style={{ background: color }} />
       <b>{name}</b>
       <span class="object-do">
-        <Do
+        <Button
           id={`pick-${name}`}
           class={held === null ? "primary small" : "small"}
           off={grip === null || held !== null}
           why={grip === null ? "objects-tool" : "objects-held"}
           label={w("objects.pickOf", { name })}
           text={w("objects.pick")}
-          press={() => grip && add(picks(thing, grip, toolWait.value, turn(), NAMES))}
+          press={() => grip && add(pickRows(thing, grip, toolWait.value, toolRotation(), ROW_NAMES))}
         />
-        <Do
+        <Button
           id={`put-${name}`}
           class={held === null || held.name === name ? "small" : "primary small"}
           off={grip === null || held === null || held.name === name}
           why={grip === null ? "objects-tool" : "objects-empty"}
           label={w("objects.putOf", { name })}
           text={w("objects.put")}
-          press={() => grip && held && add(puts(thing, held, grip, toolWait.value, turn(), NAMES))}
+          press={() => grip && held && add(placeRows(thing, held, grip, toolWait.value, toolRotation(), ROW_NAMES))}
         />
         <GoTo thing={thing} off={off} why="teach-why" />
       </span>
@@ -111,7 +111,7 @@ export function Objects() {
       </p>
       <ul class="things">
         {things.map((thing) => (
-          <One key={thing.name} thing={thing} held={held} off={store.why.value !== null} />
+          <ObjectRow key={thing.name} thing={thing} held={held} off={store.why.value !== null} />
         ))}
       </ul>
       <span class="unseen">{store.why.value === null ? "" : t(store.why.value)}</span>

@@ -1,26 +1,26 @@
 // Measuring three corners of the paper: a sketch as the user in front of the arm sees it, and the
 // next corner.
-import { tool as mount, tried } from "../actions";
-import { told } from "../i18n";
+import { attempt, setTool as mount } from "../actions";
+import { translated } from "../i18n";
 import * as surface from "../run/surface";
 import { w } from "../run/surface.words";
-import { call, shown } from "../session";
+import { call, shownArm } from "../session";
 import * as store from "../store";
-import { Do } from "../ui/parts";
+import { Button } from "../ui/parts";
 
 /** Sheet of the sketch with its corners. */
 const SHEET = { x: 60, y: 62, width: 140, height: 84 };
-const AT: Record<surface.Corner, readonly [number, number]> = {
+const CORNER_POSITIONS: Record<surface.Corner, readonly [number, number]> = {
   "lower-left": [SHEET.x, SHEET.y + SHEET.height],
   "lower-right": [SHEET.x + SHEET.width, SHEET.y + SHEET.height],
   "upper-left": [SHEET.x, SHEET.y],
 };
 /** Lift of the pen between corners, mm. */
-const LIFT = 10;
+const PEN_LIFT = 10;
 
 const stateOf = (corner: surface.Corner): "now" | "taken" | "open" => {
   if (corner === surface.corner.value) return "now";
-  return surface.known.value?.corners.includes(corner) ? "taken" : "open";
+  return surface.knownSurface.value?.corners.includes(corner) ? "taken" : "open";
 };
 
 function Sketch() {
@@ -41,7 +41,7 @@ function Sketch() {
         Y+
       </text>
       {surface.CORNERS.map((corner, nth) => {
-        const [x, y] = AT[corner];
+        const [x, y] = CORNER_POSITIONS[corner];
         return (
           <g key={corner} class={`sketch-corner is-${stateOf(corner)}`}>
             <circle cx={x} cy={y} r="13" />
@@ -60,17 +60,17 @@ function Sketch() {
 
 /** True if the pen is so close to the paper that a move could draw. */
 export const isLow = (): boolean =>
-  surface.height.value !== null && (store.state.value?.z ?? Infinity) - surface.height.value < LIFT / 2;
+  surface.height.value !== null && (store.state.value?.z ?? Infinity) - surface.height.value < PEN_LIFT / 2;
 
 export function LiftPen({ off, ...rest }: { off: boolean; class?: string }) {
-  const lift = () => tried(() => call("jog.step", { ...shown(), axis: "z", by: LIFT }));
+  const lift = () => attempt(() => call("jog.step", { ...shownArm(), axis: "z", by: PEN_LIFT }));
   return (
-    <Do
+    <Button
       id="paper-lift"
       {...rest}
       off={off || store.state.value?.moving === true}
       why="touch-why"
-      text={w("paper.lift", { by: LIFT })}
+      text={w("paper.lift", { by: PEN_LIFT })}
       press={lift}
     />
   );
@@ -109,12 +109,18 @@ export function Paper({ off }: { off: boolean }) {
       </p>
       {tool === "pen" || tool === "laser" ? null : (
         <div class="check note" role="status">
-          <p>{w("paper.tool", { tool: told(`tools.${tool}`, "–") })}</p>
-          <Do id="paper-tool" off={off} why="touch-why" text={w("paper.pen")} press={() => mount({ tool: "pen" })} />
+          <p>{w("paper.tool", { tool: translated(`tools.${tool}`, "–") })}</p>
+          <Button
+            id="paper-tool"
+            off={off}
+            why="touch-why"
+            text={w("paper.pen")}
+            press={() => mount({ tool: "pen" })}
+          />
         </div>
       )}
       <div class="buttons-row">
-        <Do
+        <Button
           id="paper-take"
           class="primary"
           off={off}
@@ -123,7 +129,12 @@ export function Paper({ off }: { off: boolean }) {
           press={surface.takeCorner}
         />
         <LiftPen off={off} />
-        <Do id="paper-close" class="quiet" text={w("paper.close")} press={() => (surface.isMeasuring.value = false)} />
+        <Button
+          id="paper-close"
+          class="quiet"
+          text={w("paper.close")}
+          press={() => (surface.isMeasuring.value = false)}
+        />
       </div>
     </div>
   );

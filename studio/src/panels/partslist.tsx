@@ -4,8 +4,8 @@ import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
 import type { Bench } from "../run/bench";
 import type { PartRow } from "../run/items";
-import { duration } from "../run/jobs";
-import { Card, Choice, Heads, Pick } from "../ui/parts";
+import { formatDuration } from "../run/jobs";
+import { Card, Choice, ColumnHeads, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";
 import texts from "./partslist.json";
 
@@ -17,7 +17,7 @@ const Swatch = ({ of }: { of: PartRow }) => (
 );
 
 export function PartsCard({ bench }: { bench: Bench }) {
-  const option = bench.asked.value.find(({ name }) => name === "parts");
+  const option = bench.shownOptions.value.find(({ name }) => name === "parts");
   const parts = bench.parts.value;
   useEffect(() => {
     const strokes = bench.report.value?.preview?.strokes ?? [];
@@ -29,7 +29,7 @@ export function PartsCard({ bench }: { bench: Bench }) {
       strokes.some(({ part }) => part !== null)
     )
       return;
-    bench.seeColors();
+    bench.divideByColors();
   }, [bench.report.value, option]);
   const item = bench.item.value;
   const isPlain = bench.isComposed.value || item?.shape !== undefined || item?.format === "text";
@@ -74,7 +74,7 @@ export function PartsCard({ bench }: { bench: Bench }) {
       )}
       {parts.length < 2 ? null : (
         <table data-testid="parts">
-          <Heads
+          <ColumnHeads
             names={[w("parts.drawn"), w("parts.name"), w("parts.length"), w("parts.time")]}
             unseen={[w("parts.drawn")]}
           />
@@ -88,14 +88,14 @@ export function PartsCard({ bench }: { bench: Bench }) {
                     checked={part.isDrawn}
                     disabled={part.isDrawn && wanted.length === 1}
                     data-testid={`part-only-${nth + 1}`}
-                    onChange={(event) => bench.tick(part, event.currentTarget.checked)}
+                    onChange={(event) => bench.setPartDrawn(part, event.currentTarget.checked)}
                   />
                 </td>
                 <th scope="row">
                   <Swatch of={part} /> {labelOf(part)}
                 </th>
                 <td class="number">{`${Math.round(part.drawn_mm)} mm`}</td>
-                <td class="number">{part.seconds === null ? "–" : duration(part.seconds)}</td>
+                <td class="number">{part.seconds === null ? "–" : formatDuration(part.seconds)}</td>
               </tr>
             ))}
           </tbody>

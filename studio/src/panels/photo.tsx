@@ -2,21 +2,21 @@
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Bench } from "../run/bench";
-import { type Item, turned } from "../run/items";
+import { type Item, rotated } from "../run/items";
 import * as paper from "../run/paper";
 import * as library from "../run/programs";
-import { entryOf } from "../run/shop";
+import { entryOf } from "../run/workshop";
 import * as store from "../store";
-import { Card, Do, Field, Range, TextField } from "../ui/parts";
+import { Button, Card, Field, Range, TextField } from "../ui/parts";
 import { boundsOf, pathOf } from "../view/flat";
 import { sentencesOf } from "../words";
-import { Asked } from "./setup";
+import { OptionField } from "./setup";
 import "./photo.css";
 import texts from "./workshop.json";
 
 const w = sentencesOf(texts);
 /** Smallest crop, px; a smaller one is a tap. */
-const LEAST = 8;
+const MIN_CROP = 8;
 const SLIDERS = [
   { name: "brightness", least: -100, most: 100, usual: 0 },
   { name: "contrast", least: -100, most: 100, usual: 0 },
@@ -24,10 +24,10 @@ const SLIDERS = [
 ] as const;
 
 /** Options that this panel asks for. */
-export const PHOTO = ["image", "mode", "crop", "invert", ...SLIDERS.map(({ name }) => name)];
+export const PHOTO_OPTIONS = ["image", "mode", "crop", "invert", ...SLIDERS.map(({ name }) => name)];
 
 type Area = [x: number, y: number, width: number, height: number];
-const areaOf = (text: string): Area | null => {
+const parseArea = (text: string): Area | null => {
   const numbers = text.split(/[\s,]+/).map(Number);
   return numbers.length === 4 && numbers.every(Number.isFinite) ? (numbers as Area) : null;
 };
@@ -38,7 +38,7 @@ function Crop({ bench, item, url }: { bench: Bench; item: Item; url: string }) {
   const size = useSignal<[number, number] | null>(null);
   const dragged = useSignal<Area | null>(null);
   const isShown = useSignal(true);
-  const kept = dragged.value ?? areaOf(item.values.crop ?? "");
+  const kept = dragged.value ?? parseArea(item.values.crop ?? "");
   const pixel = (event: PointerEvent): [number, number] => {
     const box = image.current?.getBoundingClientRect();
     const [wide, high] = size.value ?? [1, 1];
@@ -75,7 +75,7 @@ function Crop({ bench, item, url }: { bench: Bench; item: Item; url: string }) {
         over.abort();
         const area = dragged.value;
         dragged.value = null;
-        if (area !== null && area[2] >= LEAST && area[3] >= LEAST) bench.setValue("crop", area.join(" "));
+        if (area !== null && area[2] >= MIN_CROP && area[3] >= MIN_CROP) bench.setValue("crop", area.join(" "));
       },
       over,
     );
@@ -122,10 +122,10 @@ function CropField({ bench, item }: { bench: Bench; item: Item }) {
 
 /** Result as the core computes it, turned towards the reader. */
 function Result({ bench, item }: { bench: Bench; item: Item }) {
-  const found = bench.found.value.get(item.id);
+  const found = bench.checkedObjects.value.get(item.id);
   const strokes = found?.report.preview?.strokes ?? [];
-  const angle = paper.upright() + (found?.place?.turn ?? 0);
-  const lines = strokes.map(({ points, power }) => ({ power, points: points.map((point) => turned(point, -angle)) }));
+  const angle = paper.uprightRotation() + (found?.place?.turn ?? 0);
+  const lines = strokes.map(({ points, power }) => ({ power, points: points.map((point) => rotated(point, -angle)) }));
   const { x, y, width, height } = boundsOf(lines.flatMap(({ points }) => points));
   const paths = new Map<number, string>();
   for (const { power, points } of lines) paths.set(power, (paths.get(power) ?? "") + pathOf(points));
@@ -167,7 +167,7 @@ function Controls({ bench, item, name }: { bench: Bench; item: Item; name: strin
     const end = effect(() => {
       const entry = entryOf(name);
       if (entry === null || made !== "") return;
-      library.get(entry).then(
+      library.fetchProgram(entry).then(
         (bytes) => {
           if (!gone && made === "") url.value = made = URL.createObjectURL(bytes);
         },
@@ -184,7 +184,7 @@ function Controls({ bench, item, name }: { bench: Bench; item: Item; name: strin
     bench.tool === "pen"
       ? ["outline", "centerline"].includes(bench.valueOf("image") || "outline")
       : bench.valueOf("mode") === "threshold";
-  const style = bench.asked.value.find((option) => option.name === (bench.tool === "pen" ? "image" : "mode"));
+  const style = bench.shownOptions.value.find((option) => option.name === (bench.tool === "pen" ? "image" : "mode"));
   const isChanged = [...SLIDERS.map(({ name }) => name), "crop", "invert"].some((one) => item.values[one]);
   const reset = () => {
     for (const one of [...SLIDERS.map(({ name }) => name), "crop", "invert"])
@@ -194,7 +194,7 @@ function Controls({ bench, item, name }: { bench: Bench; item: Item; name: strin
     <Card
       title={w("photo.title")}
       class="photo-card"
-      more={<Do id="photo-reset" class="quiet small" off={!isChanged} text={w("photo.reset")} press={reset} />}
+      more={<Button id="photo-reset" class="quiet small" off={!isChanged} text={w("photo.reset")} press={reset} />}
     >
       <div class="photo-both">
         <figure>
@@ -206,7 +206,7 @@ function Controls({ bench, item, name }: { bench: Bench; item: Item; name: strin
           <figcaption class="hint">{w(`photo.result.${bench.tool}`)}</figcaption>
         </figure>
       </div>
-      {style === undefined ? null : <Asked option={style} />}
+      {style === undefined ? null : <OptionField option={style} />}
       {SLIDERS.map(({ name, least, most, usual }) => {
         const off = !store.isUp.value || (name === "threshold" && !isBlack);
         const value = Number(item.values[name] || usual);

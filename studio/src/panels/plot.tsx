@@ -6,12 +6,12 @@ import "uplot/dist/uPlot.min.css";
 import { wallTime } from "../clock";
 import { t } from "../i18n";
 import { save } from "../log";
-import { io, levels, watchOf, watchPins } from "../pins";
-import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
+import { io, levels, watchKind, watchPins } from "../pins";
+import { COLUMN, POSE, type Readings, readingCounter, readings, snapshot } from "../ring";
 import { theme } from "../settings";
 import * as store from "../store";
 import { colorAt } from "../ui/color";
-import { Card, Choice, Do, Heads, Range } from "../ui/parts";
+import { Button, Card, Choice, ColumnHeads, Range } from "../ui/parts";
 import { sentencesOf } from "../words";
 import "./plot.css";
 import texts from "./plot.json";
@@ -22,8 +22,8 @@ type Group = "tip" | "joints" | "speed" | "queue" | "pins";
 const GROUPS: readonly Group[] = ["tip", "joints", "speed", "queue", "pins"];
 const SPANS = ["10", "30", "120"] as const;
 /** Rows of the table, and the shortest time between updates, ms. */
-const ROWS = 8;
-const STANDS = 400;
+const TABLE_ROWS = 8;
+const TABLE_INTERVAL = 400;
 
 interface Line {
   name: string;
@@ -36,30 +36,34 @@ interface Line {
 function linesOf(group: Group): Line[] {
   const line = (name: string, unit: string, column: number, scale = 1): Line => ({ name, unit, column, scale });
   if (group === "tip")
-    return [line("x", "mm", at.x), line("y", "mm", at.y), line("z", "mm", at.z), line("r", "°", at.r)];
+    return [line("x", "mm", COLUMN.x), line("y", "mm", COLUMN.y), line("z", "mm", COLUMN.z), line("r", "°", COLUMN.r)];
   if (group === "joints")
-    return (["j1", "j2", "j3", "j4"] as const).map((name) => line(name.toUpperCase(), "°", at[name]));
-  if (group === "speed") return [line(w("plot.speed"), "mm/s", at.speed)];
-  if (group === "queue") return [line(w("plot.left"), "", at.left)];
+    return (["j1", "j2", "j3", "j4"] as const).map((name) => line(name.toUpperCase(), "°", COLUMN[name]));
+  if (group === "speed") return [line(w("plot.speed"), "mm/s", COLUMN.speed)];
+  if (group === "queue") return [line(w("plot.left"), "", COLUMN.left)];
   const { counts = 1, volts = 1 } = io.value?.analog ?? {};
   return (io.value?.pins ?? []).flatMap(({ address, function: own }) => {
-    const kind = watchOf(own);
+    const kind = watchKind(own);
     const name = w("plot.pin", { n: address });
     return kind === null
       ? []
-      : [kind === "analog" ? line(name, "V", at.pin + address, volts / counts) : line(name, "", at.pin + address)];
+      : [
+          kind === "analog"
+            ? line(name, "V", COLUMN.pin + address, volts / counts)
+            : line(name, "", COLUMN.pin + address),
+        ];
   });
 }
 const COLORS = ["--p1", "--p2", "--p3", "--p4", "--p5", "--p6"];
 const colorOf = (nth: number) => COLORS[nth % COLORS.length] ?? "--p1";
 
 /** Row range of a time window that ends `end` seconds before the last reading. */
-function window_(from: Readings, span: number, end: number): [number, number] {
-  const last = from.count === 0 ? 0 : from.value(from.count - 1, at.t) - end;
+function rowRange(from: Readings, span: number, end: number): [number, number] {
+  const last = from.count === 0 ? 0 : from.value(from.count - 1, COLUMN.t) - end;
   let [low, high] = [0, from.count];
-  while (high > 0 && from.value(high - 1, at.t) > last) high--;
+  while (high > 0 && from.value(high - 1, COLUMN.t) > last) high--;
   low = high;
-  while (low > 0 && from.value(low - 1, at.t) >= last - span) low--;
+  while (low > 0 && from.value(low - 1, COLUMN.t) >= last - span) low--;
   return [low, high];
 }
 
@@ -70,13 +74,13 @@ function columns(
   span: number,
   end: number,
 ): { data: uPlot.AlignedData; marks: Array<[number, string]> } {
-  const [low, high] = window_(from, span, end);
-  const zero = from.count === 0 ? 0 : from.value(from.count - 1, at.t);
+  const [low, high] = rowRange(from, span, end);
+  const zero = from.count === 0 ? 0 : from.value(from.count - 1, COLUMN.t);
   const times: number[] = [];
   const values: Array<Array<number | null>> = lines.map(() => []);
   const marks: Array<[number, string]> = [];
   for (let row = low; row < high; row++) {
-    const time = from.value(row, at.t) - zero;
+    const time = from.value(row, COLUMN.t) - zero;
     times.push(time);
     lines.forEach(({ column, scale }, nth) => {
       const value = from.value(row, column);
@@ -95,17 +99,17 @@ const codesOf = (from: Readings, row: number) =>
 /** Readings as CSV, in the format of `magician record`. */
 function csv(from: Readings): string {
   const rows = ["time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms"];
-  const first = from.count === 0 ? 0 : from.value(0, at.t);
+  const first = from.count === 0 ? 0 : from.value(0, COLUMN.t);
   for (let row = 0; row < from.count; row++) {
-    const pose = POSE.map((name) => from.value(row, at[name]));
-    const t = from.value(row, at.t);
+    const pose = POSE.map((name) => from.value(row, COLUMN[name]));
+    const t = from.value(row, COLUMN.t);
     rows.push(
       [
         wallTime(t).toISOString(),
         (t - first).toFixed(3),
         ...pose,
-        from.value(row, at.index),
-        from.value(row, at.left),
+        from.value(row, COLUMN.index),
+        from.value(row, COLUMN.left),
         codesOf(from, row).join(" "),
       ].join(","),
     );
@@ -114,16 +118,16 @@ function csv(from: Readings): string {
 }
 
 /** Chart shown last. It is reused, because uPlot does not release the nodes of a discarded chart. */
-let kept: { key: string; chart: uPlot; draws: (chart: uPlot) => void } | null = null;
+let cachedChart: { key: string; chart: uPlot; draws: (chart: uPlot) => void } | null = null;
 
 /** Creates a chart of these lines, with the colours of axes, grid and lines. `draws` is called at each redraw. */
 function chartOf(names: readonly string[], colors: readonly string[], draws: (chart: uPlot) => void): uPlot {
   const key = JSON.stringify([names, colors, devicePixelRatio]);
-  if (kept?.key === key) {
-    kept.draws = draws;
-    return kept.chart;
+  if (cachedChart?.key === key) {
+    cachedChart.draws = draws;
+    return cachedChart.chart;
   }
-  kept?.chart.destroy();
+  cachedChart?.chart.destroy();
   const [muted = "", line = "", ...own] = colors;
   const axis = {
     stroke: muted,
@@ -137,7 +141,7 @@ function chartOf(names: readonly string[], colors: readonly string[], draws: (ch
       height: 300,
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { size: 7 } },
-      scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => wide(least, most) } },
+      scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => axisRange(least, most) } },
       axes: [
         { ...axis, values: (_, ticks) => ticks.map((tick) => `${Math.round(tick * 10) / 10} s`) },
         { ...axis, size: 56 },
@@ -146,12 +150,12 @@ function chartOf(names: readonly string[], colors: readonly string[], draws: (ch
         {},
         ...names.map((label, nth) => ({ label, stroke: own[nth] ?? muted, width: 2, points: { show: false } })),
       ],
-      hooks: { draw: [(chart) => kept?.draws(chart)] },
+      hooks: { draw: [(chart) => cachedChart?.draws(chart)] },
     },
     [[]],
     document.createElement("div"),
   );
-  kept = { key, chart, draws };
+  cachedChart = { key, chart, draws };
   return chart;
 }
 
@@ -219,7 +223,7 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
     make();
     const ends = [
       effect(() => {
-        void beat.value;
+        void readingCounter.value;
         if (live) wake();
       }),
       effect(() => {
@@ -237,7 +241,7 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
       dark.removeEventListener("change", make);
       sizes.disconnect();
       chart?.root.remove();
-      if (kept !== null) kept.draws = () => {};
+      if (cachedChart !== null) cachedChart.draws = () => {};
     };
   }, [lines.map(({ name }) => name).join(), source, span, back, live]);
   return (
@@ -253,13 +257,13 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
 }
 
 /** Axis range. A minimum width keeps the noise of an arm at rest from filling the plot. */
-function wide(least: number, most: number): [number, number] {
+function axisRange(least: number, most: number): [number, number] {
   if (!Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
   const room = Math.max((most - least) * 0.08, (2 - (most - least)) / 2, 0);
   return [least - room, most + room];
 }
 
-const number = (value: number, digits = 2) => (Number.isNaN(value) ? "–" : value.toFixed(digits));
+const formatNumber = (value: number, digits = 2) => (Number.isNaN(value) ? "–" : value.toFixed(digits));
 
 export function Plots() {
   const group = useSignal<Group>("tip");
@@ -269,7 +273,7 @@ export function Plots() {
   const shown = useSignal(0);
   useEffect(watchPins, []);
   useEffect(() => {
-    const timer = setInterval(() => (shown.value = beat.peek()), STANDS);
+    const timer = setInterval(() => (shown.value = readingCounter.peek()), TABLE_INTERVAL);
     return () => clearInterval(timer);
   }, []);
   void shown.value;
@@ -278,10 +282,10 @@ export function Plots() {
   const source = held.value ?? readings;
   const from = source();
   const lines = linesOf(group.value);
-  const [, high] = window_(from, Number(span.value), back.value);
-  const rows = Array.from({ length: Math.min(ROWS, high) }, (_, nth) => high - 1 - nth);
-  const zero = from.count === 0 ? 0 : from.value(from.count - 1, at.t);
-  const all = from.count === 0 ? 0 : zero - from.value(0, at.t);
+  const [, high] = rowRange(from, Number(span.value), back.value);
+  const rows = Array.from({ length: Math.min(TABLE_ROWS, high) }, (_, nth) => high - 1 - nth);
+  const zero = from.count === 0 ? 0 : from.value(from.count - 1, COLUMN.t);
+  const all = from.count === 0 ? 0 : zero - from.value(0, COLUMN.t);
   const scrub = (to: number) => {
     if (held.value === null) hold(true);
     back.value = Math.abs(to);
@@ -297,20 +301,20 @@ export function Plots() {
         title={t("nav.plots")}
         more={
           <div class="sheet-buttons">
-            <Do
+            <Button
               id="plot-pause"
               aria-pressed={held.value !== null}
               text={w(held.value === null ? "plot.pause" : "plot.go")}
               press={() => hold(held.value === null)}
             />
-            <Do
+            <Button
               id="plot-export"
               class="quiet"
               off={from.count === 0}
               press={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source()))}
             >
               {w("plot.export")}
-            </Do>
+            </Button>
           </div>
         }
       >
@@ -335,7 +339,7 @@ export function Plots() {
             <span key={line.name} style={{ color: `var(${colorOf(nth)})` }}>
               <i />
               {line.name}
-              <b>{high === 0 ? "–" : `${number(from.value(high - 1, line.column) * line.scale)} ${line.unit}`}</b>
+              <b>{high === 0 ? "–" : `${formatNumber(from.value(high - 1, line.column) * line.scale)} ${line.unit}`}</b>
             </span>
           ))}
           {lines.length === 0 ? <p class="hint">{w("plot.noPins")}</p> : null}
@@ -357,17 +361,17 @@ export function Plots() {
       <Card title={w("plot.last")}>
         <div class="plot-table" role="region" aria-label={w("plot.last")} tabIndex={0}>
           <table id="plot-table" data-testid="plot-table">
-            <Heads names={["s", ...POSE, "mm/s", w("plot.index"), w("plot.left"), t("alarms.title")]} />
+            <ColumnHeads names={["s", ...POSE, "mm/s", w("plot.index"), w("plot.left"), t("alarms.title")]} />
             <tbody>
               {rows.map((row, nth) => (
                 <tr key={nth}>
-                  <td>{number(from.value(row, at.t) - zero)}</td>
+                  <td>{formatNumber(from.value(row, COLUMN.t) - zero)}</td>
                   {POSE.map((name) => (
-                    <td key={name}>{number(from.value(row, at[name]))}</td>
+                    <td key={name}>{formatNumber(from.value(row, COLUMN[name]))}</td>
                   ))}
-                  <td>{number(from.value(row, at.speed), 1)}</td>
-                  <td>{from.value(row, at.index)}</td>
-                  <td>{from.value(row, at.left)}</td>
+                  <td>{formatNumber(from.value(row, COLUMN.speed), 1)}</td>
+                  <td>{from.value(row, COLUMN.index)}</td>
+                  <td>{from.value(row, COLUMN.left)}</td>
                   <td>{codesOf(from, row).join(" ") || "–"}</td>
                 </tr>
               ))}

@@ -1,9 +1,9 @@
 // Table of points: one row per move, edited in place.
 import { useSignal } from "@preact/signals";
-import { toolWait, underWay } from "../teach/actions";
+import { playedRow, toolWait } from "../teach/actions";
 import * as program from "../teach/rows";
 import { type Word, w } from "../teach/words";
-import { Heads, NumberInput, Pick } from "../ui/parts";
+import { ColumnHeads, NumberInput, Pick } from "../ui/parts";
 
 const WAYS = ["joints", "line", "jump"] as const;
 const AXES = { move: ["x", "y", "z", "r"], joints: ["J1", "J2", "J3", "J4"] } as const;
@@ -32,7 +32,7 @@ const toolOf = ({ gripper, suction }: program.Row) => {
 };
 
 /** Text of a row other than a plain move, in the terms of the plan. */
-function plain(motion: program.Motion): string {
+function motionText(motion: program.Motion): string {
   const { command, values, ...rest } = motion;
   const shown = typeof command === "string" ? { [command]: values } : rest;
   return JSON.stringify(shown)
@@ -46,7 +46,7 @@ function Motion({ row, nth }: { row: program.Row; nth: number }) {
   if (motion === null || kind === null) {
     return (
       <td class="plain" colSpan={5} data-label={w("teach.way")}>
-        {motion === null ? "–" : plain(motion)}
+        {motion === null ? "–" : motionText(motion)}
       </td>
     );
   }
@@ -85,7 +85,7 @@ function rowAt(x: number, y: number): number | null {
 function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value: number | null } }) {
   const n = nth + 1;
   const tool = toolOf(row);
-  const runs = underWay.value === nth;
+  const runs = playedRow.value === nth;
   const isSelected = program.selected.value === nth;
   const drop = (event: PointerEvent) => {
     const to = over.value;
@@ -116,9 +116,9 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
         <input
           type="checkbox"
           aria-label={w("teach.pick", { n })}
-          checked={program.picked.value.has(row)}
+          checked={program.tickedRows.value.has(row)}
           data-testid={`teach-pick-${n}`}
-          onChange={(event) => program.pick(row, event.currentTarget.checked)}
+          onChange={(event) => program.tickRow(row, event.currentTarget.checked)}
         />
       </td>
       <th
@@ -189,7 +189,7 @@ export function Points() {
   return (
     <div class="points-scroll" tabIndex={0} role="group" aria-label={w("teach.points")}>
       <table class="points" aria-label={w("teach.points")}>
-        <Heads names={heads} unseen={heads.slice(0, 1)} />
+        <ColumnHeads names={heads} unseen={heads.slice(0, 1)} />
         <tbody>
           {all.map((row, nth) => (
             <Row key={nth} row={row} nth={nth} over={over} />

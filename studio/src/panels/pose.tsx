@@ -20,7 +20,7 @@ const JOINTS = [
 type Name = (typeof TIP)[number][0] | (typeof JOINTS)[number][0];
 
 /** Two decimals, and no minus before a zero. */
-const shown = new Intl.NumberFormat("en", {
+const numberFormat = new Intl.NumberFormat("en", {
   minimumFractionDigits: 2,
   maximumFractionDigits: 2,
   useGrouping: false,
@@ -34,7 +34,7 @@ function Value({ name, unit }: { name: Name; unit: string }) {
     <div class="value">
       <label for={`pose-${name}`}>{label}</label>
       <output id={`pose-${name}`} data-testid={`pose-${name}`} aria-live="off">
-        {state === null || state[name] === undefined ? "" : shown.format(state[name])}
+        {state === null || state[name] === undefined ? "" : numberFormat.format(state[name])}
       </output>
       <span class="unit">{unit}</span>
     </div>

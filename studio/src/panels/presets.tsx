@@ -2,15 +2,15 @@
 // be seen and changed.
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { tried } from "../actions";
+import { attempt } from "../actions";
 import type { Preset } from "../api";
 import { t } from "../i18n";
 import { save } from "../log";
 import type { Bench } from "../run/bench";
-import { vouch } from "../run/shop";
+import { requireValid } from "../run/workshop";
 import { call } from "../session";
 import * as store from "../store";
-import { Card, Do, OpenFile, TextField } from "../ui/parts";
+import { Button, Card, OpenFile, TextField } from "../ui/parts";
 import { sentencesOf } from "../words";
 import "./presets.css";
 import texts from "./presets.json";
@@ -18,15 +18,15 @@ import { Swatch } from "./swatch";
 
 const w = sentencesOf(texts);
 
-const all = signal<Preset[]>([]);
-const chosen = signal("");
-const name = signal("");
+const presets = signal<Preset[]>([]);
+const selectedName = signal("");
+const typedName = signal("");
 
-async function list(): Promise<void> {
-  const { presets } = await call("preset.list", {});
+async function readPresets(): Promise<void> {
+  const { presets: listed } = await call("preset.list", {});
   // The tile of a preset shows its values.
-  all.value = await Promise.all(
-    presets.map((one) =>
+  presets.value = await Promise.all(
+    listed.map((one) =>
       call("preset.show", { name: one.name }).then(
         (told) => ({ ...one, ...told }),
         () => one,
@@ -35,9 +35,9 @@ async function list(): Promise<void> {
   );
 }
 
-const choose = (bench: Bench, wanted: string) =>
-  tried(async () => {
-    chosen.value = name.value = wanted;
+const selectPreset = (bench: Bench, wanted: string) =>
+  attempt(async () => {
+    selectedName.value = typedName.value = wanted;
     if (wanted === "") return;
     const { options = {} } = await call("preset.show", { name: wanted });
     bench.setValues(
@@ -48,24 +48,24 @@ const choose = (bench: Bench, wanted: string) =>
   });
 
 /** Options that the user has set, without those of the route and the sheet. */
-const own = (bench: Bench): Record<string, unknown> =>
+const userOptions = (bench: Bench): Record<string, unknown> =>
   Object.fromEntries(
     Object.entries(bench.setup.value ?? {}).filter(([key]) => !(key in bench.fixed) && !["only", "crop"].includes(key)),
   );
 
-const keep = (bench: Bench, to: string, content: { setup: Record<string, unknown> } | { text: string }) =>
-  tried(async () => {
+const savePreset = (bench: Bench, to: string, content: { setup: Record<string, unknown> } | { text: string }) =>
+  attempt(async () => {
     // Invalid fields prevent saving.
-    vouch(bench.asked.value, bench.values.value);
+    requireValid(bench.shownOptions.value, bench.values.value);
     // Read again, because another page may have saved one since.
-    await list();
-    const replaces = all.value.some((one) => one.name === to);
+    await readPresets();
+    const replaces = presets.value.some((one) => one.name === to);
     if (replaces && !(await store.ask(t("replace.title", { name: to }), w("preset.replace.text"), t("replace"))))
       return;
     await call("preset.save", { name: to, ...content });
-    await list();
-    await choose(bench, to);
-    store.say(w("preset.saved", { name: to }));
+    await readPresets();
+    await selectPreset(bench, to);
+    store.notify(w("preset.saved", { name: to }));
   });
 
 /** Values shown on the tile of a preset. */
@@ -83,42 +83,46 @@ const titleOf = ({ name, shipped }: Preset): string =>
 
 export function Presets({ bench }: { bench: Bench }) {
   useEffect(() => {
-    if (store.isUp.value) void tried(list);
+    if (store.isUp.value) void attempt(readPresets);
   }, [store.isUp.value]);
   const off = !store.isUp.value || store.role.value === "viewer";
   const toolOf = ({ options }: Preset) => (options as { tool?: unknown } | undefined)?.tool;
-  const fitting = all.value.filter((one) => (toolOf(one) ?? bench.tool) === bench.tool);
-  const preset = fitting.find((one) => one.name === chosen.value);
+  const fitting = presets.value.filter((one) => (toolOf(one) ?? bench.tool) === bench.tool);
+  const preset = fitting.find((one) => one.name === selectedName.value);
   const remove = () =>
-    tried(async () => {
-      await call("preset.remove", { name: chosen.value });
-      await choose(bench, "");
-      await list();
+    attempt(async () => {
+      await call("preset.remove", { name: selectedName.value });
+      await selectPreset(bench, "");
+      await readPresets();
     });
   const download = () =>
-    tried(async () => save(`${chosen.value}.toml`, (await call("preset.show", { name: chosen.value })).text ?? ""));
+    attempt(async () =>
+      save(`${selectedName.value}.toml`, (await call("preset.show", { name: selectedName.value })).text ?? ""),
+    );
   const open = ([file]: File[]) =>
-    tried(
+    attempt(
       async () =>
         file &&
-        keep(bench, file.name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]+/g, "-"), { text: await file.text() }),
+        savePreset(bench, file.name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]+/g, "-"), {
+          text: await file.text(),
+        }),
     );
   return (
     <Card title={w("preset.title")} class="preset-card">
       <div class="presets" role="group" aria-label={w("preset.choose")}>
         {fitting.map((one) => (
-          <Do
+          <Button
             key={one.name}
             id={`preset-tile-${one.name}`}
             class="preset"
             aria-pressed={one === preset}
             off={!store.isUp.value}
-            press={() => choose(bench, one === preset ? "" : one.name)}
+            press={() => selectPreset(bench, one === preset ? "" : one.name)}
           >
             <Swatch name={one.name} tool={bench.tool} options={one.options ?? {}} />
             <b>{titleOf(one)}</b>
             <small class="number">{factsOf(one)}</small>
-          </Do>
+          </Button>
         ))}
       </div>
       {preset?.note ? (
@@ -132,22 +136,22 @@ export function Presets({ bench }: { bench: Bench }) {
           <TextField
             id="preset-name"
             label={w("preset.name")}
-            value={name.value}
+            value={typedName.value}
             most={64}
             live
             off={off}
-            set={(text) => (name.value = text.trim())}
+            set={(text) => (typedName.value = text.trim())}
           />
           <div class="buttons-row">
-            <Do
+            <Button
               id="preset-save"
-              off={off || name.value === ""}
+              off={off || typedName.value === ""}
               text={t("preset.save")}
-              press={() => keep(bench, name.value, { setup: own(bench) })}
+              press={() => savePreset(bench, typedName.value, { setup: userOptions(bench) })}
             />
             <OpenFile id="preset-open" accept=".toml" off={off} text={t("programs.open")} open={open} />
-            <Do id="preset-file" off={preset === undefined} text={w("preset.file")} press={download} />
-            <Do
+            <Button id="preset-file" off={preset === undefined} text={w("preset.file")} press={download} />
+            <Button
               id="preset-remove"
               off={off || preset === undefined || preset.shipped}
               text={t("preset.remove")}

@@ -1,21 +1,21 @@
 // Library of programs: open, select, delete.
-import { tried } from "../actions";
-import { t, told } from "../i18n";
+import { attempt } from "../actions";
+import { t, translated } from "../i18n";
 import * as check from "../run/check";
 import * as library from "../run/programs";
 import * as store from "../store";
-import { Card, Do, Drop, Heads, OpenFile } from "../ui/parts";
+import { Button, Card, ColumnHeads, DropZone, OpenFile } from "../ui/parts";
 import { sentencesOf } from "../words";
 import texts from "./programs.json";
 
 const w = sentencesOf(texts);
 
-export const ACCEPT =
+export const ACCEPTED_FILES =
   ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
 
 export const formatOf = (format: string | null) =>
-  format === null ? t("format.none") : told(`format.${format}`, format);
-export function size(bytes: number): string {
+  format === null ? t("format.none") : translated(`format.${format}`, format);
+export function formatSize(bytes: number): string {
   if (bytes < 1000) return `${bytes} B`;
   return bytes < 1e6 ? `${(bytes / 1000).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }
@@ -31,20 +31,20 @@ export function Programs() {
         <OpenFile
           id="program-open"
           class="primary small"
-          accept={ACCEPT}
+          accept={ACCEPTED_FILES}
           off={off}
           text={t(library.isLoading.value ? "programs.loading" : "programs.open")}
           open={check.openFiles}
         />
       }
     >
-      <Drop off={off} open={check.openFiles}>
+      <DropZone off={off} open={check.openFiles}>
         {all.length === 0 ? (
           <p class="hint">{w("programs.empty")}</p>
         ) : (
           <div class="scroll" tabIndex={0} role="group" aria-label={w("programs.title")}>
             <table>
-              <Heads
+              <ColumnHeads
                 names={[w("programs.name"), t("programs.format"), w("programs.size"), t("programs.delete")]}
                 unseen={[t("programs.delete")]}
               />
@@ -56,7 +56,7 @@ export function Programs() {
             </table>
           </div>
         )}
-      </Drop>
+      </DropZone>
     </Card>
   );
 }
@@ -64,11 +64,11 @@ export function Programs() {
 function Program({ program }: { program: library.Entry }) {
   const { name, bytes, format } = program;
   const isSelected = check.selected.value === name;
-  const pick = () => void check.run.select(name);
+  const pick = () => void check.runWorkshop.select(name);
   const remove = () =>
-    tried(async () => {
-      await library.remove(name);
-      if (isSelected && check.entry.value === null) await check.run.select(null);
+    attempt(async () => {
+      await library.deleteProgram(name);
+      if (isSelected && check.entry.value === null) await check.runWorkshop.select(null);
     });
   return (
     <tr data-testid={`program-${name}`} aria-selected={isSelected}>
@@ -79,10 +79,10 @@ function Program({ program }: { program: library.Entry }) {
       </th>
       <td onClick={pick}>{formatOf(format)}</td>
       <td class="number" onClick={pick}>
-        {size(bytes)}
+        {formatSize(bytes)}
       </td>
       <td>
-        <Do
+        <Button
           id={`delete-${name}`}
           class="quiet small icon"
           label={w("programs.deleteOne", { name })}

@@ -1,32 +1,32 @@
 // Programs: open, preview before anything moves, run, pause, resume.
 import { signal } from "@preact/signals";
-import { tried } from "../actions";
+import { attempt } from "../actions";
 import { t } from "../i18n";
 import { mayBurn } from "../run/burn";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
 import * as store from "../store";
-import { Card, Do, Times, Why } from "../ui/parts";
+import { Button, Card, Reason, Repetitions } from "../ui/parts";
 import { ArmView } from "../view/view";
 import { sentencesOf } from "../words";
 import { ArmLaser } from "./armlaser";
 import { PastJobs } from "./job";
 import { Pose } from "./pose";
-import { formatOf, Programs, size } from "./programs";
+import { formatOf, formatSize, Programs } from "./programs";
 import texts from "./programs.json";
-import { about, Found, Options, Picture, Unseen, usePrograms } from "./setup";
+import { CheckResult, NoToolWarning, Options, Picture, summaryText, usePrograms } from "./setup";
 import { Height } from "./touch";
 
 const w = sentencesOf(texts);
 
 const loops = signal(1);
 /** Formats whose points can be changed where points are taught. */
-const TAUGHT = ["plan", "playback"];
+const TEACHABLE_FORMATS = ["plan", "playback"];
 
-const teach = (program: library.Entry) =>
-  tried(async () => {
-    const content = await library.get(program);
+const openInTeach = (program: library.Entry) =>
+  attempt(async () => {
+    const content = await library.fetchProgram(program);
     const { open } = await import("../teach/actions");
     location.hash = "#/teach";
     await open(new File([content], program.name));
@@ -37,25 +37,26 @@ function Selected() {
   if (program === null) return null;
   const setup = check.setup.value;
   const reason = jobs.whyNotStart(setup);
-  const start = () => check.run.start(program.name, () => about(check.report.value), { loops: loops.value });
-  const isShown = check.isShown.value;
+  const start = () =>
+    check.runWorkshop.start(program.name, () => summaryText(check.report.value), { loops: loops.value });
+  const isShown = check.isPreviewed.value;
   const look = () => {
-    if (isShown) check.run.draw(null);
-    else if (check.report.value?.preview) check.run.draw(check.report.value);
+    if (isShown) check.runWorkshop.showPreview(null);
+    else if (check.report.value?.preview) check.runWorkshop.showPreview(check.report.value);
     else void check.check();
   };
   return (
     <Card title={program.name} class="selected">
       <div class="file-facts">
         <p class="hint">
-          {formatOf(program.format)} · {size(program.bytes)}
+          {formatOf(program.format)} · {formatSize(program.bytes)}
         </p>
         <Picture key={program.name} program={program} />
       </div>
       <Options />
-      <Found />
+      <CheckResult />
       <div class="buttons-row">
-        <Do
+        <Button
           id="run-start"
           class="primary"
           off={reason !== null || program.format === null}
@@ -63,7 +64,7 @@ function Selected() {
           text={t("run.start")}
           press={start}
         />
-        <Do
+        <Button
           id="run-check"
           off={!store.isUp.value || program.format === null}
           text={t("run.check")}
@@ -79,14 +80,19 @@ function Selected() {
         >
           {t("run.preview")}
         </button>
-        {TAUGHT.includes(program.format ?? "") ? (
-          <Do id="run-teach" off={!store.isUp.value} text={w("programs.teach")} press={() => teach(program)} />
+        {TEACHABLE_FORMATS.includes(program.format ?? "") ? (
+          <Button
+            id="run-teach"
+            off={!store.isUp.value}
+            text={w("programs.teach")}
+            press={() => openInTeach(program)}
+          />
         ) : null}
-        <Times id="run-loops" label={t("run.times")} hint={t("run.times.hint")} value={loops} />
+        <Repetitions id="run-loops" label={t("run.times")} hint={t("run.times.hint")} value={loops} />
       </div>
       <ArmLaser id="run-laser-arm" burns={mayBurn(setup)} why="start-why" />
-      <Why id="start-why" text={reason === null ? null : t(reason)} />
-      <Unseen />
+      <Reason id="start-why" text={reason === null ? null : t(reason)} />
+      <NoToolWarning />
     </Card>
   );
 }

@@ -1,6 +1,6 @@
 // Settings of the user, and the fence of the arm.
 import { LANGUAGES, t } from "../i18n";
-import { rename } from "../session";
+import { applyName } from "../session";
 import { language, ownName, THEMES, type Theme, theme } from "../settings";
 import * as store from "../store";
 import { Card, Choice, TextField } from "../ui/parts";
@@ -68,7 +68,7 @@ export function Settings() {
           hint={t("settings.name.hint")}
           set={(text) => {
             ownName.value = text.trim();
-            rename();
+            applyName();
           }}
         />
         <Choice<string>

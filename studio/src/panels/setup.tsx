@@ -2,31 +2,31 @@
 // open.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { type Remedy, tried } from "../actions";
+import { attempt, type Remedy } from "../actions";
 import type { Option, Report } from "../api";
-import { sentence, t, told } from "../i18n";
+import { sentence, t, translated } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
-import { inAir } from "../run/paper";
+import { heightAboveTable } from "../run/paper";
 import * as library from "../run/programs";
-import { faultOf } from "../run/shop";
 import * as surface from "../run/surface";
-import { labelOf, named, plainNoteOf } from "../run/words";
+import { labelOf, optionText, plainNoteText } from "../run/words";
+import { optionFault } from "../run/workshop";
 import * as store from "../store";
-import { Do, Pick, TextField } from "../ui/parts";
-import { loadBuiltIn, world } from "../view/seen";
+import { Button, Pick, TextField } from "../ui/parts";
+import { loadBuiltIn, world } from "../view/world";
 import { Problem, Remedies } from "./remedies";
 import "./run.css";
 
 /** Formats that move the arm, and draw nothing of themselves. */
-const MOVES = ["plan", "playback", "blockly"];
+const MOTION_FORMATS = ["plan", "playback", "blockly"];
 function titleOf(group: string): string {
   const format = check.entry.value?.format ?? "";
-  const name = group === "pen" && MOVES.includes(format) ? "moves" : group;
-  return named(`group.${name}`, group);
+  const name = group === "pen" && MOTION_FORMATS.includes(format) ? "moves" : group;
+  return optionText(`group.${name}`, group);
 }
 
-export function Asked({ option }: { option: Option }) {
+export function OptionField({ option }: { option: Option }) {
   const { name, kind, unit, choices, usual, about } = option;
   const label = labelOf(option);
   const value = check.values.value[name] ?? "";
@@ -45,14 +45,14 @@ export function Asked({ option }: { option: Option }) {
     );
   }
   if (kind === "choice") {
-    const textOf = (choice: string) => named(`${name}.${choice}`, told(`tools.${choice}`, choice));
+    const textOf = (choice: string) => optionText(`${name}.${choice}`, translated(`tools.${choice}`, choice));
     const unset = usual || option.default !== null ? [] : [{ value: "", text: t("setup.unset") }];
     const all = [...unset, ...choices.map((choice) => ({ value: choice, text: textOf(choice) }))];
     return <Pick title={label} id={`setup-${name}`} value={check.valueOf(name)} options={all} choose={set} />;
   }
   const of = { point: "x, y ", place: "x, y, z ", area: "x, y, ↔, ↕ " }[kind as "point"] ?? "";
-  const fault = faultOf(option, value);
-  const placeholder = option.default === null ? named(`${name}.hint`, t("setup.unset")) : String(option.default);
+  const fault = optionFault(option, value);
+  const placeholder = option.default === null ? optionText(`${name}.hint`, t("setup.unset")) : String(option.default);
   return (
     <TextField
       id={`setup-${name}`}
@@ -67,17 +67,17 @@ export function Asked({ option }: { option: Option }) {
 }
 
 /** Options that have a place of their own on the page, or that no form can ask for. */
-const ELSEWHERE = ["only", "pens", "parts", "no_pause", "frame", "frame_power"];
+const OPTIONS_ELSEWHERE = ["only", "pens", "parts", "no_pause", "frame", "frame_power"];
 const GROUPS = ["fill", "text", "image", "laser", "pen", "place", "parts", "more"] as const;
 
 /** Options of a program: the usual ones, and the others in folded groups. */
 export function Options({ first = [], not = [] }: { first?: readonly string[]; not?: readonly string[] }) {
-  const asked = check.asked.value.filter(({ name }) => !ELSEWHERE.includes(name) && !not.includes(name));
+  const asked = check.shownOptions.value.filter(({ name }) => !OPTIONS_ELSEWHERE.includes(name) && !not.includes(name));
   const isFirst = ({ name, usual }: Option) => usual || first.includes(name);
   const fields = (options: Option[]) => (
     <div class="setup">
       {options.map((option) => (
-        <Asked key={option.name} option={option} />
+        <OptionField key={option.name} option={option} />
       ))}
     </div>
   );
@@ -107,7 +107,7 @@ export function Picture({ program }: { program: library.Entry }) {
     let [made, gone] = ["", false];
     const kind = { svg: "image/svg+xml", image: "" }[program.format ?? ""];
     if (kind !== undefined && program.bytes < 4e6 && !program.name.endsWith(".svgz")) {
-      library.get(program).then(
+      library.fetchProgram(program).then(
         (bytes) => {
           if (gone) return;
           url.value = made = URL.createObjectURL(kind === "" ? bytes : new Blob([bytes], { type: kind }));
@@ -138,10 +138,10 @@ function Complaints({ report, program }: { report: Report; program: library.Entr
     at.value = null;
   }, [report]);
   const look = (line: number) =>
-    tried(async () => {
+    attempt(async () => {
       if (program === null) return;
       at.value = line;
-      lines.value = await library.linesAt(await library.get(program), line);
+      lines.value = await library.linesAt(await library.fetchProgram(program), line);
     });
   return (
     <div class="complaints">
@@ -180,9 +180,9 @@ function Complaints({ report, program }: { report: Report; program: library.Entr
 }
 
 /** Duration and lengths of a program as text. */
-export function about(report: Report | null): string {
+export function summaryText(report: Report | null): string {
   if (report === null) return "";
-  const facts = [report.seconds === null ? null : t("run.takes", { time: jobs.duration(report.seconds) })];
+  const facts = [report.seconds === null ? null : t("run.takes", { time: jobs.formatDuration(report.seconds) })];
   if (report.drawn_mm > 0) facts.push(t("run.draws", { mm: Math.round(report.drawn_mm) }));
   const { bounds } = report;
   if (bounds)
@@ -193,22 +193,24 @@ export function about(report: Report | null): string {
 /**
  * Code of a note that is hidden: the order of lines matters only to users who look into the file.
  */
-const QUIET = "reordered";
+const HIDDEN_NOTE = "reordered";
 
 /** Results of the check. */
-export function Found() {
+export function CheckResult() {
   const program = check.entry.value;
   const report = check.report.value;
   if (check.isChecking.value) return <p class="check busy">{t("run.checking")}</p>;
   if (check.problem.value !== null) return <Problem of={check.problem.value} />;
   if (program?.format === null) return <p class="check bad">{t("run.unknown")}</p>;
   if (report === null) return <p class="hint">{t("run.unchecked")}</p>;
-  const above = report.ok ? inAir(report, check.valueOf("tool") || "pen", world.value) : null;
+  const above = report.ok ? heightAboveTable(report, check.valueOf("tool") || "pen", world.value) : null;
   if (above !== null)
     return (
       <div class="check note" role="status" data-testid="run-air">
         <p>{t("run.air", { mm: Math.round(above) })}</p>
-        {surface.isKnown.value ? <Do id="run-air-forget" text={t("run.air.forget")} press={surface.forget} /> : null}
+        {surface.isKnown.value ? (
+          <Button id="run-air-forget" text={t("run.air.forget")} press={surface.forget} />
+        ) : null}
       </div>
     );
   return (
@@ -221,14 +223,14 @@ export function Found() {
               ? t("run.refused", { count: report.refused })
               : t("run.unfit")}
         </b>{" "}
-        <span class="number">{about(report)}</span>
+        <span class="number">{summaryText(report)}</span>
       </p>
       {report.complaints.length > 0 ? <Complaints report={report} program={program} /> : null}
       {(report.notes ?? [])
-        .filter(({ code }) => code !== QUIET)
+        .filter(({ code }) => code !== HIDDEN_NOTE)
         .map((note, nth) => (
           <div key={nth} class="found-note">
-            <p class="hint">{plainNoteOf(note)}</p>
+            <p class="hint">{plainNoteText(note)}</p>
             <Remedies of={(note.remedies ?? []) as Remedy[]} />
           </div>
         ))}
@@ -237,22 +239,22 @@ export function Found() {
 }
 
 /** Warning that lines would be invisible, because the virtual arm has no such tool. */
-export function Unseen() {
+export function NoToolWarning() {
   const around = world.value;
   if (around === null || store.arm.value?.virtual !== true || !((check.report.value?.drawn_mm ?? 0) > 0)) return null;
   const tool = check.valueOf("tool") || (around.draws ?? "pen");
   if (tool === around.draws) return null;
   const wanted = tool === "laser" ? "engraving" : "drawing";
   const off = store.why.value !== null || store.role.value !== "teacher";
-  const load = () => tried(async () => ((await loadBuiltIn(wanted)) ? check.check() : undefined));
+  const load = () => attempt(async () => ((await loadBuiltIn(wanted)) ? check.check() : undefined));
   return (
     <div class="check note" role="status" data-testid="run-bare">
-      <p>{t("run.draws.none", { tool: told(`tools.${tool}`, tool).toLowerCase() })}</p>
-      <Do
+      <p>{t("run.draws.none", { tool: translated(`tools.${tool}`, tool).toLowerCase() })}</p>
+      <Button
         id="run-scenario"
         off={off}
         why="run-scenario-why"
-        text={t("run.draws.load", { name: told(`scenario.${wanted}`, t(`scenario.${wanted}`)) })}
+        text={t("run.draws.load", { name: translated(`scenario.${wanted}`, t(`scenario.${wanted}`)) })}
         press={load}
       />
       <span id="run-scenario-why" class="unseen">
@@ -267,9 +269,9 @@ export function usePrograms(most?: number): void {
   useEffect(() => {
     const ends = [
       jobs.follow(),
-      check.shop.value.checkAlong(most),
+      check.openWorkshop.value.checkOnChange(most),
       effect(() => {
-        if (store.socket.value === "up") library.list().catch(() => {});
+        if (store.socket.value === "up") library.readLibrary().catch(() => {});
       }),
     ];
     return () => ends.forEach((end) => end());

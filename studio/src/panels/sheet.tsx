@@ -4,14 +4,14 @@ import { computed, effect, signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { Report } from "../api";
 import type { Bench } from "../run/bench";
-import { drawnOf, type Item, type Place, type Point } from "../run/items";
+import { drawnItems, type Item, type Place, type Point } from "../run/items";
 import * as jobs from "../run/jobs";
 import * as paper from "../run/paper";
 import { call } from "../session";
 import * as store from "../store";
-import { Do, Field, NumberInput } from "../ui/parts";
+import { Button, Field, NumberInput } from "../ui/parts";
 import { boundsOf, type Frame, pathOf, READER, ratioOf, viewBox } from "../view/flat";
-import { watchWorld } from "../view/seen";
+import { watchWorld } from "../view/world";
 import { sentencesOf } from "../words";
 import "./sheet.css";
 import texts from "./sheet.json";
@@ -19,28 +19,28 @@ import texts from "./sheet.json";
 const w = sentencesOf(texts);
 
 /** Area shown before the station has reported the reach, and the margin around it. */
-const ROOM = { x: -60, y: -340, width: 400, height: 680 };
+const DEFAULT_AREA = { x: -60, y: -340, width: 400, height: 680 };
 const MARGIN = 14;
 /** Edge of the visible area behind the arm's axis, mm: the arm stands there. */
-const BEHIND = -45;
+const REAR_EDGE = -45;
 /** Edge of the table in the picture, mm. */
-const FAR = 345;
+const TABLE_EDGE = 345;
 /** Smallest distance from the middle of a drawing to the edge of the picture. */
-const LEAST = 80;
+const MIN_HALF_VIEW = 80;
 /** Share of the paper above which the whole paper is shown with a drawing. */
-const MUCH = 0.4;
+const WHOLE_PAPER_SHARE = 0.4;
 /** Aspect ratio of the picture. */
-const WIDE = 1.3;
+const ASPECT_RATIO = 1.3;
 /** Distance at which a turn snaps to multiples of an eighth, degrees. */
-const SNAP = 3;
+const SNAP_ANGLE = 3;
 /**
  * Width of burnt lines in the picture, mm, so that lines of a photo appear separate where they are.
  */
-const BEAM = 0.2;
+const BURNT_LINE_WIDTH = 0.2;
 /** Longest time in which the dot runs along the whole path, s. */
-const LONGEST = 20;
+const MAX_DOT_DURATION = 20;
 /** Factor of the size, and angle, for one key press. */
-const [GROWS, TURNS] = [1.05, 15];
+const [KEY_SCALE, KEY_ANGLE] = [1.05, 15];
 const CORNERS: readonly Point[] = [
   [-1, -1],
   [1, -1],
@@ -63,15 +63,16 @@ function followReach(bench: Bench): () => void {
   });
 }
 
-const sheetOf = () => paper.corners()?.map((corner) => corner.map((value) => Math.max(-FAR, Math.min(FAR, value))));
+const sheetOf = () =>
+  paper.corners()?.map((corner) => corner.map((value) => Math.max(-TABLE_EDGE, Math.min(TABLE_EDGE, value))));
 
 /** Frame of the sheet with the arm's base, or of everything in reach. */
-function whole(): Frame {
+function wholeFrame(): Frame {
   const sheet = sheetOf();
   const points = sheet ?? outlines.value.flat();
-  if (points.length === 0) return ROOM;
+  if (points.length === 0) return DEFAULT_AREA;
   const { x, y, width, height } = boundsOf(points, MARGIN);
-  const top = sheet === undefined ? Math.max(x, BEHIND) : Math.min(x, BEHIND);
+  const top = sheet === undefined ? Math.max(x, REAR_EDGE) : Math.min(x, REAR_EDGE);
   return { x: top, y, width: x + width - top, height };
 }
 
@@ -79,9 +80,9 @@ function whole(): Frame {
  * Frame close to the objects. The current one is kept while they fit well, so that the sheet does
  * not move under the pointer.
  */
-function near(bench: Bench, before: Frame): Frame {
+function closeFrame(bench: Bench, before: Frame): Frame {
   const boxes = bench.doc.now.value.items.flatMap((item) => {
-    const place = bench.found.value.has(item.id) ? bench.placeOf(item) : null;
+    const place = bench.checkedObjects.value.has(item.id) ? bench.placeOf(item) : null;
     if (place === null) return [];
     const reach = Math.hypot(...bench.sizeOf(item)) / 2;
     const [x, y] = bench.cornerOf(item, [0, 0]);
@@ -90,7 +91,7 @@ function near(bench: Bench, before: Frame): Frame {
       [x + reach, y + reach],
     ];
   });
-  if (boxes.length === 0) return whole();
+  if (boxes.length === 0) return wholeFrame();
   const all = boundsOf(boxes);
   const [x, y] = [all.x + all.width / 2, all.y + all.height / 2];
   const isSeen =
@@ -101,13 +102,13 @@ function near(bench: Bench, before: Frame): Frame {
   const sheet = boundsOf(sheetOf() ?? [], MARGIN);
   const isOnPaper = sheet.width > 0;
   // A drawing that takes much of the paper is shown with all of it.
-  if (isOnPaper && (all.height > sheet.height * MUCH || all.width > sheet.width * MUCH))
+  if (isOnPaper && (all.height > sheet.height * WHOLE_PAPER_SHARE || all.width > sheet.width * WHOLE_PAPER_SHARE))
     return boundsOf([...boxes, [sheet.x, sheet.y], [sheet.x + sheet.width, sheet.y + sheet.height]]);
-  const half = Math.max((all.width / 2) * 1.25, (all.height / 2 / WIDE) * 1.1, LEAST);
+  const half = Math.max((all.width / 2) * 1.25, (all.height / 2 / ASPECT_RATIO) * 1.1, MIN_HALF_VIEW);
   if (isSeen && before.width < 3 * half) return before;
-  const [wide, high] = [2 * half * WIDE, 2 * half];
+  const [wide, high] = [2 * half * ASPECT_RATIO, 2 * half];
   // Beyond the paper, or out of reach, there is nothing to show.
-  const room = isOnPaper ? sheet : whole();
+  const room = isOnPaper ? sheet : wholeFrame();
   const within = (from: number, side: number, least: number, most: number) =>
     side > most ? least - (side - most) / 2 : Math.max(least, Math.min(least + most - side, from));
   return {
@@ -119,15 +120,17 @@ function near(bench: Bench, before: Frame): Frame {
 }
 
 /** Effect of dragging: from the place at the start and the pointer's positions to the new place. */
-type Hand = (place: Place, from: Point, to: Point) => Partial<Place>;
-const far = ({ at: [x, y] }: Place, [px, py]: Point) => Math.max(Math.hypot(px - x, py - y), 1);
-const angle = ({ at: [x, y] }: Place, [px, py]: Point) => (Math.atan2(py - y, px - x) * 180) / Math.PI;
-const moves: Hand = ({ at: [x, y] }, from, to) => ({ at: [x + to[0] - from[0], y + to[1] - from[1]] });
-const scales: Hand = (place, from, to) => ({ scale: (place.scale * far(place, to)) / far(place, from) });
-const turns: Hand = (place, from, to) => {
-  const free = place.turn + angle(place, to) - angle(place, from);
+type DragEffect = (place: Place, from: Point, to: Point) => Partial<Place>;
+const distance = ({ at: [x, y] }: Place, [px, py]: Point) => Math.max(Math.hypot(px - x, py - y), 1);
+const angleTo = ({ at: [x, y] }: Place, [px, py]: Point) => (Math.atan2(py - y, px - x) * 180) / Math.PI;
+const dragMove: DragEffect = ({ at: [x, y] }, from, to) => ({ at: [x + to[0] - from[0], y + to[1] - from[1]] });
+const dragScale: DragEffect = (place, from, to) => ({
+  scale: (place.scale * distance(place, to)) / distance(place, from),
+});
+const dragTurn: DragEffect = (place, from, to) => {
+  const free = place.turn + angleTo(place, to) - angleTo(place, from);
   const eighth = Math.round(free / 45) * 45;
-  return { turn: Math.abs(free - eighth) < SNAP ? eighth : free };
+  return { turn: Math.abs(free - eighth) < SNAP_ANGLE ? eighth : free };
 };
 
 interface Line {
@@ -152,17 +155,17 @@ function linesOf(report: Report, pen: string | null, isOwn: boolean, usual: stri
 }
 
 /** Object as it was checked, moved to where it is wanted. */
-function Drawn({ bench, item, width }: { bench: Bench; item: Item; width: number }) {
-  const found = bench.found.value.get(item.id);
+function SheetItem({ bench, item, width }: { bench: Bench; item: Item; width: number }) {
+  const found = bench.checkedObjects.value.get(item.id);
   const [was, now] = [found?.place ?? null, bench.placeOf(item)];
   const usual = bench.isComposed.value ? "#000000" : "var(--planned)";
   const lines = useMemo(
     () => (found === undefined ? [] : linesOf(found.report, item.color, item.shape === undefined, usual)),
     [found, item.color, usual],
   );
-  if (was === null || now === null || !drawnOf(bench.doc.now.value.items).includes(item)) return null;
+  if (was === null || now === null || !drawnItems(bench.doc.now.value.items).includes(item)) return null;
   const burnt = (power: number) => ({
-    strokeWidth: Math.max(BEAM, width / 1000),
+    strokeWidth: Math.max(BURNT_LINE_WIDTH, width / 1000),
     strokeOpacity: power / 100,
     strokeLinecap: "butt",
     vectorEffect: "none",
@@ -189,10 +192,13 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   const plane = useRef<SVGGElement>(null);
   const isNear = useSignal(true);
   const ghost = useSignal(false);
-  const frame = useSignal<Frame>(ROOM);
+  const frame = useSignal<Frame>(DEFAULT_AREA);
   useEffect(() => followReach(bench), [bench]);
   useEffect(watchWorld, []);
-  useEffect(() => effect(() => void (frame.value = isNear.value ? near(bench, frame.peek()) : whole())), [bench]);
+  useEffect(
+    () => effect(() => void (frame.value = isNear.value ? closeFrame(bench, frame.peek()) : wholeFrame())),
+    [bench],
+  );
   const { x, y, width, height } = frame.value;
   const { items } = bench.doc.now.value;
   const item = bench.item.value;
@@ -200,7 +206,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   const [wide, high] = item === null ? [0, 0] : bench.sizeOf(item);
   const state = store.state.value;
   const report = bench.report.value;
-  const isComplete = items.length > 0 && report !== null && !bench.isChecking.value && bench.isFound.value;
+  const isComplete = items.length > 0 && report !== null && !bench.isChecking.value && bench.isChecked.value;
   const sheet = paper.corners();
   // On dark paper an engraving or a photo would look like its negative.
   const isLight = bench.tool === "laser" || items.some(({ format }) => format === "image");
@@ -211,7 +217,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
     return [at.x, at.y];
   };
   let grips = 0;
-  const taken = (hand: Hand, id: number | null = item?.id ?? null) => ({
+  const taken = (hand: DragEffect, id: number | null = item?.id ?? null) => ({
     onPointerDown: (event: PointerEvent) => {
       if (event.button !== 0) return;
       bench.choose(id);
@@ -241,10 +247,10 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
       ArrowRight: { at: [px, py + by] },
       ArrowUp: { at: [px - by, py] },
       ArrowDown: { at: [px + by, py] },
-      "+": { scale: now.scale * GROWS },
-      "-": { scale: now.scale / GROWS },
-      "[": { turn: now.turn + TURNS },
-      "]": { turn: now.turn - TURNS },
+      "+": { scale: now.scale * KEY_SCALE },
+      "-": { scale: now.scale / KEY_SCALE },
+      "[": { turn: now.turn + KEY_ANGLE },
+      "]": { turn: now.turn - KEY_ANGLE },
     };
     const wanted = changes[event.key];
     if (wanted === undefined) return;
@@ -298,7 +304,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
                 <path key={nth} class={burnt ? "burnt" : "ink"} d={pathOf(points)} />
               ))}
               {items.map((one) => (
-                <Drawn key={one.id} bench={bench} item={one} width={width} />
+                <SheetItem key={one.id} bench={bench} item={one} width={width} />
               ))}
               {bench.isComposed.value && isComplete
                 ? report.preview?.strokes.map(({ reachable, points }, nth) =>
@@ -306,18 +312,18 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
                   )
                 : null}
               {items.map((one) =>
-                one === item || bench.found.value.get(one.id)?.place == null ? null : (
+                one === item || bench.checkedObjects.value.get(one.id)?.place == null ? null : (
                   <polygon
                     key={one.id}
                     class="other"
                     data-testid={`draw-item-${one.id}`}
                     points={outlineOf(one)}
-                    {...taken(moves, one.id)}
+                    {...taken(dragMove, one.id)}
                   />
                 ),
               )}
               {isThere ? (
-                <polygon class="hold" data-testid="draw-hold" points={outlineOf(item)} {...taken(moves)} />
+                <polygon class="hold" data-testid="draw-hold" points={outlineOf(item)} {...taken(dragMove)} />
               ) : null}
               {state === null ? null : <circle class="tip" cx={state.x} cy={state.y} r={height / 110} />}
               {ghost.value && isThere ? (
@@ -328,7 +334,10 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
                     visibility="hidden"
                   />
                   <circle class="ghost" r={height / 95}>
-                    <animateMotion dur={`${Math.min(LONGEST, report?.seconds ?? 0)}s`} repeatCount="indefinite">
+                    <animateMotion
+                      dur={`${Math.min(MAX_DOT_DURATION, report?.seconds ?? 0)}s`}
+                      repeatCount="indefinite"
+                    >
                       <mpath href="#sheet-way" />
                     </animateMotion>
                   </circle>
@@ -344,14 +353,14 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
                   class={`handle corner ${nth % 2 === 0 ? "" : "other-way"}`}
                   style={spot(bench.cornerOf(item, one))}
                   data-testid={`draw-corner-${nth + 1}`}
-                  {...taken(scales)}
+                  {...taken(dragScale)}
                 />
               ))}
               <span
                 class="handle turn"
                 style={spot(bench.cornerOf(item, [0, 1], width / 16))}
                 data-testid="draw-turn"
-                {...taken(turns)}
+                {...taken(dragTurn)}
               />
             </>
           ) : items.length > 0 || !paper.isBlank() ? null : (
@@ -360,7 +369,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
         </div>
       </div>
       <div class="cameras" role="group" aria-label={w("sheet.tools")}>
-        <Do
+        <Button
           id="draw-undo"
           class="icon"
           label={w("sheet.undo")}
@@ -369,7 +378,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
           text="↶"
           press={() => bench.undo()}
         />
-        <Do
+        <Button
           id="draw-redo"
           class="icon"
           label={w("sheet.redo")}
@@ -378,21 +387,21 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
           text="↷"
           press={() => bench.redo()}
         />
-        <Do
+        <Button
           id="draw-near"
           aria-pressed={isNear.value && items.length > 0}
           off={items.length === 0}
           text={w("sheet.near")}
           press={() => (isNear.value = !isNear.value)}
         />
-        <Do
+        <Button
           id="draw-fit"
           aria-pressed={isThere && item.place === null}
           off={!isThere}
           text={w("sheet.fit")}
-          press={() => bench.release()}
+          press={() => bench.releasePlace()}
         />
-        <Do
+        <Button
           id="draw-ghost"
           aria-pressed={ghost.value}
           off={!isThere}
@@ -411,15 +420,15 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
 
 /** Button for a new sheet of paper. Also shown where the sheet is full. */
 export function NewSheet({ bench, id = "sheet-new" }: { bench: Bench; id?: string }) {
-  const reason = jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
+  const reason = jobs.whyNoControl.value ?? (jobs.busy.value ? "why.busy.job" : null);
   const isVirtual = store.arm.value?.virtual === true;
   const lay = async () => {
-    if (!(await paper.lay())) return;
+    if (!(await paper.layNewSheet())) return;
     bench.refresh();
-    store.say(w(isVirtual ? "sheet.new.done" : "sheet.new.real"));
+    store.notify(w(isVirtual ? "sheet.new.done" : "sheet.new.real"));
   };
   return (
-    <Do
+    <Button
       id={id}
       off={paper.isBlank() || (isVirtual ? reason !== null : jobs.busy.value)}
       title={w("sheet.new.text")}

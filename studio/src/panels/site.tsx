@@ -1,43 +1,43 @@
 // Arms of a station or site: who has which, what each does, and actions on several.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { complain, stop } from "../actions";
-import { frozen as frozenArms, hasClass, turnAt, turnOf } from "../class";
+import { reportError, stop } from "../actions";
+import { frozen as frozenArms, hasClass, turnOfArm, turnText } from "../class";
 import { t } from "../i18n";
 import { save } from "../log";
-import { page } from "../results";
+import { printablePage } from "../results";
 import { base64 } from "../run/programs";
-import { call, show } from "../session";
-import { toggled } from "../settings";
+import { call, showArm } from "../session";
+import { withMember } from "../settings";
 import {
+  activityText,
   chosen,
-  doingOf,
-  drop,
-  each,
-  give,
+  deletePictures,
+  forEachArm,
   isKnown,
-  jobOf,
   jobs,
+  jobText,
   pictures,
-  send,
+  releaseArm,
+  startOnArms,
   states,
-  take,
+  takeArm,
   watchSite,
 } from "../site";
 import * as store from "../store";
-import { Card, Do, OpenFile, Pick } from "../ui/parts";
+import { Button, Card, OpenFile, Pick } from "../ui/parts";
 import { boundsOf, pathOf, READER, toReader, viewBox } from "../view/flat";
 import type { FleetScene } from "../view/fleet";
-import { isTeachers, TeacherTile } from "./class/tile";
+import { isReservedForTeacher, TeacherTile } from "./class/tile";
 import { w } from "./class/words";
 import "./arms.css";
 import { sentencesOf } from "../words";
 import texts from "./site.json";
 
-const own = sentencesOf(texts);
+const siteText = sentencesOf(texts);
 
 /** Largest number of arms with large tiles. */
-const FEW = 4;
+const MAX_LARGE_TILES = 4;
 
 /** Marks of an arm's state. */
 function marksOf(arm: store.ArmEntry) {
@@ -49,7 +49,7 @@ function marksOf(arm: store.ArmEntry) {
     alarms: (isKnown(arm) ? state?.alarms : null)?.filter((code) => code !== 0) ?? [],
     asks: asks?.name ?? null,
     waits: arm.waiting.filter((waiter) => !waiter.asks).length,
-    job: jobOf(arm) ?? (job?.state === "failed" ? t("job.failed") : null),
+    job: jobText(arm) ?? (job?.state === "failed" ? t("job.failed") : null),
   };
 }
 
@@ -58,7 +58,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
   const { alarms, asks, waits, job, lost } = marksOf(arm);
   const isMine = holder !== null && holder.session === store.session.value;
   // The holder of an arm is unknown while its station is unreachable.
-  const turn = store.socket.value === "up" ? turnOf(name) : null;
+  const turn = store.socket.value === "up" ? turnText(name) : null;
   const frozen = store.socket.value === "up" && frozenArms.value.includes(name);
   const who =
     store.socket.value !== "up"
@@ -66,15 +66,15 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
       : holder === null
         ? lost
           ? t("arms.link.lost")
-          : jobOf(arm) !== null
+          : jobText(arm) !== null
             ? t("arms.busy")
-            : isTeachers(turnAt(name))
+            : isReservedForTeacher(turnOfArm(name))
               ? w("tile.teacher")
               : t("arms.free")
         : isMine
           ? t("arms.you")
           : holder.name;
-  const doing = doingOf(arm);
+  const doing = activityText(arm);
   return (
     <li
       class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${lost ? "lost" : "up"} ${frozen ? "frozen" : ""}`}
@@ -85,7 +85,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
       <div class="tile-head">
         <a
           href="#/move"
-          onClick={() => show(name)}
+          onClick={() => showArm(name)}
           title={t("arms.show", { name })}
           aria-current={name === store.armName.value ? "true" : undefined}
         >
@@ -94,10 +94,10 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
         <label hidden={store.arms.value.length < 2}>
           <input
             type="checkbox"
-            aria-label={own("site.choose", { name })}
+            aria-label={siteText("site.choose", { name })}
             data-testid={`choose-${name}`}
             checked={chosen.value.has(name)}
-            onChange={(event) => (chosen.value = toggled(chosen.value, name, event.currentTarget.checked))}
+            onChange={(event) => (chosen.value = withMember(chosen.value, name, event.currentTarget.checked))}
           />
         </label>
       </div>
@@ -138,10 +138,10 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
           </span>
         ) : null}
         {alarms.length > 0 ? (
-          <span class="alarm">{own("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span>
+          <span class="alarm">{siteText("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span>
         ) : null}
-        {asks === null ? null : <span data-testid={`hand-${name}`}>{own("site.asks", { name: asks })}</span>}
-        {waits > 0 ? <span>{own("site.waits", { n: waits })}</span> : null}
+        {asks === null ? null : <span data-testid={`hand-${name}`}>{siteText("site.asks", { name: asks })}</span>}
+        {waits > 0 ? <span>{siteText("site.waits", { n: waits })}</span> : null}
         {job === null ? null : <span class="job">{job}</span>}
       </div>
     </li>
@@ -240,43 +240,55 @@ function Bar() {
   const isViewer = store.role.value === "viewer";
   useEffect(() => {
     if (store.socket.value === "up")
-      call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
+      call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), reportError);
   }, [store.socket.value]);
-  const said = (work: Promise<number>) => void work.then((n) => n > 0 && store.say(t("site.done", { n })));
+  const said = (work: Promise<number>) => void work.then((n) => n > 0 && store.notify(t("site.done", { n })));
   const off = none || isViewer || store.socket.value !== "up";
   return (
-    <div class="site-bar" role="group" aria-label={own("site.bar")}>
-      <Do id="stop-all" class="stop-all" text={t("site.stopAll")} press={() => stop(true)} />
-      <Do
+    <div class="site-bar" role="group" aria-label={siteText("site.bar")}>
+      <Button id="stop-all" class="stop-all" text={t("site.stopAll")} press={() => stop(true)} />
+      <Button
         id="choose-all"
         press={() => (chosen.value = new Set(mine.length === arms.length ? [] : arms.map(({ name }) => name)))}
       >
         {t(mine.length === arms.length ? "site.none" : "site.all")}
-      </Do>
-      <Do id="site-take" off={off} why="site-why" text={t("lease.take")} press={() => said(each(mine, take))} />
-      <Do id="site-give" off={off} why="site-why" text={t("lease.release")} press={() => said(each(mine, give))} />
+      </Button>
+      <Button
+        id="site-take"
+        off={off}
+        why="site-why"
+        text={t("lease.take")}
+        press={() => said(forEachArm(mine, takeArm))}
+      />
+      <Button
+        id="site-give"
+        off={off}
+        why="site-why"
+        text={t("lease.release")}
+        press={() => said(forEachArm(mine, releaseArm))}
+      />
       <Pick
         id="site-program"
-        label={own("site.program")}
+        label={siteText("site.program")}
         value={program.value}
-        options={[{ value: "", text: own("site.program") }, ...programs.value]}
+        options={[{ value: "", text: siteText("site.program") }, ...programs.value]}
         choose={(name) => (program.value = name)}
       />
-      <Do
+      <Button
         id="site-send"
         class="primary"
         off={off || program.value === ""}
         why="site-why"
-        press={() => said(send(mine, { program: program.value }, program.value))}
+        press={() => said(startOnArms(mine, { program: program.value }, program.value))}
       >
-        {own("site.send", { n: mine.length })}
-      </Do>
+        {siteText("site.send", { n: mine.length })}
+      </Button>
       <OpenFile
         id="site-file"
         off={off}
         why="site-why"
-        text={own("site.file")}
-        open={async ([file]) => file && said(send(mine, { data: base64(await file.arrayBuffer()) }, file.name))}
+        text={siteText("site.file")}
+        open={async ([file]) => file && said(startOnArms(mine, { data: base64(await file.arrayBuffer()) }, file.name))}
       />
       <span id="site-why" class="unseen">
         {t(isViewer ? "why.viewer" : "site.why")}
@@ -289,19 +301,21 @@ function Pictures() {
   if (pictures.value.length === 0) return null;
   const clear = async () => {
     const names = pictures.value.map(({ name }) => name);
-    if (await store.ask(own("site.pictures.clear.title"), own("site.pictures.clear.text"), t("programs.delete")))
-      await drop(names);
+    if (
+      await store.ask(siteText("site.pictures.clear.title"), siteText("site.pictures.clear.text"), t("programs.delete"))
+    )
+      await deletePictures(names);
   };
   const more = (
     <div class="buttons-row">
-      <Do
+      <Button
         id="pictures-save"
         class="quiet small"
-        press={() => save("results.html", page(t("site.pictures"), pictures.value), "text/html")}
+        press={() => save("results.html", printablePage(t("site.pictures"), pictures.value), "text/html")}
       >
-        {own("site.pictures.all")}
-      </Do>
-      <Do id="pictures-clear" class="quiet small" text={own("site.pictures.clear")} press={clear} />
+        {siteText("site.pictures.all")}
+      </Button>
+      <Button id="pictures-clear" class="quiet small" text={siteText("site.pictures.clear")} press={clear} />
     </div>
   );
   return (
@@ -314,22 +328,22 @@ function Pictures() {
           );
           return (
             <div key={name} class="picture">
-              <Do
+              <Button
                 id={`picture-${name}`}
-                label={own("site.picture", { name })}
+                label={siteText("site.picture", { name })}
                 press={() => save(`${name}.svg`, toReader(svg))}
               >
                 <svg viewBox={viewBox(box)} aria-hidden="true">
                   <path transform={READER} d={strokes.map((stroke) => pathOf(stroke.points)).join("")} />
                 </svg>
                 <span>{name}</span>
-              </Do>
-              <Do
+              </Button>
+              <Button
                 id={`picture-delete-${name}`}
                 class="quiet small icon"
-                label={own("site.picture.delete", { name })}
+                label={siteText("site.picture.delete", { name })}
                 text="✕"
-                press={() => drop([name])}
+                press={() => deletePictures([name])}
               />
             </div>
           );
@@ -351,7 +365,7 @@ function Count() {
   };
   return (
     <p class="hint" data-testid="site-count" role="status">
-      {own("site.count", values)}
+      {siteText("site.count", values)}
     </p>
   );
 }
@@ -374,7 +388,7 @@ export function Site({ pictures: withPictures = true }: { pictures?: boolean }) 
         ) : (
           <>
             {arms.length > 1 ? <Bar /> : null}
-            <div class={`fleet ${arms.length <= FEW ? "few" : ""}`} ref={place} data-testid="fleet">
+            <div class={`fleet ${arms.length <= MAX_LARGE_TILES ? "few" : ""}`} ref={place} data-testid="fleet">
               <ul class="tiles" aria-label={t("arms.title")}>
                 {arms.map((arm) => (
                   <Tile key={arm.name} arm={arm} />

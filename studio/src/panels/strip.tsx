@@ -8,51 +8,51 @@ import * as jobs from "../run/jobs";
 import { watchArmed } from "../run/laser";
 import * as strip from "../run/strip";
 import { w } from "../run/strip.words";
-import { plainNoteOf } from "../run/words";
+import { plainNoteText } from "../run/words";
 import * as store from "../store";
-import { Do } from "../ui/parts";
+import { Button } from "../ui/parts";
 import { ArmLaser } from "./armlaser";
 import { Remedies } from "./remedies";
 import "./strip.css";
 
 /** True if the job was last known to be running and the arm is not heard now. */
-const isUnheard = (job: Job): boolean => !store.isUp.value && jobs.isUnderWay(job);
+const isOutOfContact = (job: Job): boolean => !store.isUp.value && jobs.isActive(job);
 
 /** Describes what an unreachable arm may still be doing. */
-function unheard(): string {
-  const left = store.left.value;
+function lastActivityText(): string {
+  const left = store.lastActivity.value;
   return left === null ? t("why.lost") : `${t(left.laser ? "left.laser" : "left.moves")} ${t("left.switch")}`;
 }
 
 /** Progress of the job, or how it ended. */
-function standing(job: Job): string {
-  if (isUnheard(job)) return w("strip.unheard", { state: facts(job) });
-  return facts(job);
+function progressText(job: Job): string {
+  if (isOutOfContact(job)) return w("strip.unheard", { state: factsText(job) });
+  return factsText(job);
 }
-function facts(job: Job): string {
-  const percent = jobs.percent(job);
+function factsText(job: Job): string {
+  const percent = jobs.percentDone(job);
   const shown = percent === null ? null : `${Math.floor(percent)} %`;
-  if (!jobs.isUnderWay(job)) {
-    const seconds = strip.took(job);
-    if (job.state === "done" && seconds !== null) return w("strip.done", { time: jobs.duration(seconds) });
+  if (!jobs.isActive(job)) {
+    const seconds = strip.durationOf(job);
+    if (job.state === "done" && seconds !== null) return w("strip.done", { time: jobs.formatDuration(seconds) });
     const state = t(`job.${job.state}` as "job.stopped");
     return shown === null || job.state === "done" ? state : w("strip.ended", { state, percent: shown });
   }
   const all = [
-    job.state === "running" && shown !== null && !isUnheard(job) ? null : t(`job.${job.state}` as "job.paused"),
+    job.state === "running" && shown !== null && !isOutOfContact(job) ? null : t(`job.${job.state}` as "job.paused"),
     shown,
     job.loops === 1 ? null : t("job.loop", { loop: job.loop, loops: job.loops || "∞" }),
   ].filter((fact) => fact !== null);
   return all.join(" · ");
 }
 
-const leftOf = (job: Job): string =>
-  jobs.isUnderWay(job) && !isUnheard(job) && job.seconds_left !== null
-    ? t("run.left", { time: jobs.duration(job.seconds_left) })
+const remainingText = (job: Job): string =>
+  jobs.isActive(job) && !isOutOfContact(job) && job.seconds_left !== null
+    ? t("run.left", { time: jobs.formatDuration(job.seconds_left) })
     : "";
 
 /** Text below: why buttons are disabled, what the job waits for, how it failed, its notes. */
-function Words({ job, why, burns }: { job: Job; why: string | null; burns: boolean }) {
+function StripText({ job, why, burns }: { job: Job; why: string | null; burns: boolean }) {
   const waits = job.reason === "part" || job.reason === "program" ? (job.text ?? t(`job.reason.${job.reason}`)) : null;
   const error = job.error;
   const isEmpty = !burns && waits === null && error === null && why === null && (job.notes ?? []).length === 0;
@@ -67,7 +67,7 @@ function Words({ job, why, burns }: { job: Job; why: string | null; burns: boole
       )}
       {(job.notes ?? []).map((note) => (
         <div class="strip-words" key={note.text}>
-          <p data-testid={`job-note-${note.code}`}>{plainNoteOf(note)}</p>
+          <p data-testid={`job-note-${note.code}`}>{plainNoteText(note)}</p>
           <Remedies of={(note.remedies ?? []) as Remedy[]} />
         </div>
       ))}
@@ -84,19 +84,19 @@ function Words({ job, why, burns }: { job: Job; why: string | null; burns: boole
 }
 
 /** Scroll position up to which the page counts as at its top and moves with the strip, px. */
-const AT_TOP = 40;
+const TOP_SCROLL = 40;
 
 /**
  * Keeps the page still when the strip appears or disappears, so that the user does not press
  * something else. Returns the function to call after layout.
  */
-function held(): () => void {
+function holdScroll(): () => void {
   const cards = [0.6, 0.65, 0.7, 0.5].map((share) =>
     document.elementFromPoint(innerWidth * 0.7, innerHeight * share)?.closest(".card"),
   );
   const at = cards.find((card) => card && !card.matches(".view-card, .sheet-card"));
   const before = at?.getBoundingClientRect().top ?? 0;
-  if (!at || scrollY < AT_TOP) return () => {};
+  if (!at || scrollY < TOP_SCROLL) return () => {};
   // The browser's scroll anchoring would add the same correction again.
   const { style } = document.documentElement;
   style.overflowAnchor = "none";
@@ -108,7 +108,7 @@ function held(): () => void {
 }
 
 /** Publishes the heights of header and strip for elements that stick below them. */
-function measured(strip: HTMLElement | null): () => void {
+function publishHeights(strip: HTMLElement | null): () => void {
   const header = document.querySelector("header");
   const root = document.documentElement;
   if (!header || !strip) return () => {};
@@ -128,20 +128,20 @@ function measured(strip: HTMLElement | null): () => void {
   };
 }
 
-function Told({ job, stays }: { job: Job; stays: () => void }) {
+function ShownJob({ job, stays }: { job: Job; stays: () => void }) {
   const place = useRef<HTMLElement>(null);
   useLayoutEffect(() => {
-    const ends = measured(place.current);
+    const ends = publishHeights(place.current);
     stays();
     return ends;
   }, []);
-  const isUnderWay = jobs.isUnderWay(job);
+  const isUnderWay = jobs.isActive(job);
   const pauses = ["checking", "running", "pausing"].includes(job.state);
   const resumes = jobs.canResume(job);
   const burns = resumes && jobBurns(job);
-  const reason = resumes ? jobs.whyNotResume(job) : jobs.why.value;
+  const reason = resumes ? jobs.whyNotResume(job) : jobs.whyNoControl.value;
   const off = reason !== null;
-  const percent = jobs.percent(job);
+  const percent = jobs.percentDone(job);
   const others = jobs.startedBy(job);
   const title = job.title || t("job.untitled");
   const name = jobFrames(job) ? w("strip.frame", { title }) : title;
@@ -152,7 +152,7 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
       class={`job-strip is-${job.state}`}
       data-testid="job-strip"
       data-state={job.state}
-      data-known={!isUnheard(job)}
+      data-known={!isOutOfContact(job)}
       aria-label={w("strip")}
     >
       <div class="strip-what">
@@ -161,42 +161,50 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
           {name}
         </b>
         <span class="strip-facts number" data-testid="job-strip-facts">
-          {standing(job)}
-          {leftOf(job) === "" ? null : " · "}
-          <span data-testid="run-left">{leftOf(job)}</span>
+          {progressText(job)}
+          {remainingText(job) === "" ? null : " · "}
+          <span data-testid="run-left">{remainingText(job)}</span>
         </span>
         <span class="unseen" role="status">
-          {`${name}: ${isUnheard(job) ? standing(job) : t(`job.${job.state}` as "job.running")}`}
+          {`${name}: ${isOutOfContact(job) ? progressText(job) : t(`job.${job.state}` as "job.running")}`}
         </span>
         {others === null ? null : <span class="strip-facts">{t("job.by", { name: others })}</span>}
       </div>
       <div class="strip-do">
         {pauses || resumes ? (
-          <Do
+          <Button
             id="job-strip-pause"
-            class={job.state === "paused" && !jobs.isTheirs(job) ? "primary" : ""}
+            class={job.state === "paused" && !jobs.isOfOthers(job) ? "primary" : ""}
             off={off || job.state === "pausing"}
             why="strip-why"
-            press={() => (pauses ? jobs.pause(job) : jobs.goesOn(job).press())}
+            press={() => (pauses ? jobs.pause(job) : jobs.continuation(job).press())}
           >
             <span data-testid={pauses ? "run-pause" : "run-resume"}>
-              {t(pauses ? "run.pause" : jobs.goesOn(job).key)}
+              {t(pauses ? "run.pause" : jobs.continuation(job).key)}
             </span>
-          </Do>
+          </Button>
         ) : null}
         {isUnderWay && store.socket.value !== "closed" ? (
-          <Do id="job-strip-stop" off={!store.isUp.value || job.state === "stopping"} press={() => void jobs.end(job)}>
+          <Button
+            id="job-strip-stop"
+            off={!store.isUp.value || job.state === "stopping"}
+            press={() => void jobs.end(job)}
+          >
             <span data-testid="run-stop">{w("strip.stop")}</span>
-          </Do>
+          </Button>
         ) : (
-          <Do id="job-strip-close" class="quiet" label={w("strip.close")} press={() => strip.close(job)}>
+          <Button id="job-strip-close" class="quiet" label={w("strip.close")} press={() => strip.dismiss(job)}>
             <svg viewBox="0 0 24 24" aria-hidden="true">
               <path d="M6 6l12 12M18 6L6 18" />
             </svg>
-          </Do>
+          </Button>
         )}
       </div>
-      <Words job={job} burns={burns} why={isUnheard(job) ? unheard() : off && (pauses || resumes) ? t(reason) : null} />
+      <StripText
+        job={job}
+        burns={burns}
+        why={isOutOfContact(job) ? lastActivityText() : off && (pauses || resumes) ? t(reason) : null}
+      />
       <div
         class="strip-bar"
         role="progressbar"
@@ -215,14 +223,14 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
 export function JobStrip() {
   useEffect(strip.follow, []);
   useEffect(watchArmed, []);
-  const job = strip.told.value;
+  const job = strip.shownJob.value;
   const isThere = useRef(false);
   const isNew = isThere.current !== (job !== null);
   // Before and after the page is laid out.
-  const stays = isNew ? held() : () => {};
+  const stays = isNew ? holdScroll() : () => {};
   isThere.current = job !== null;
   useLayoutEffect(() => {
     if (isNew && job === null) stays();
   });
-  return job === null ? null : <Told job={job} stays={stays} />;
+  return job === null ? null : <ShownJob job={job} stays={stays} />;
 }

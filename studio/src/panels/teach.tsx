@@ -7,8 +7,8 @@ import * as jobs from "../run/jobs";
 import * as store from "../store";
 import * as actions from "../teach/actions";
 import * as program from "../teach/rows";
-import { useDropped } from "../ui/dropped";
-import { Card, Do, NumberInput, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
+import { useFileDrop } from "../ui/filedrop";
+import { Button, Card, NumberInput, OpenFile, Pick, Reason, Repetitions, Switch, TextField } from "../ui/parts";
 import { ArmView } from "../view/view";
 import { ArmLaser } from "./armlaser";
 import { JogPad } from "./jogpad";
@@ -28,37 +28,37 @@ const pin = signal(1);
 function Add() {
   const off = store.why.value !== null;
   const why = "teach-why";
-  const count = program.picked.value.size;
+  const count = program.tickedRows.value.size;
   return (
     <>
       <div class="buttons-row add-bar">
-        <Do id="teach-add" class="primary" off={off} why={why} text={w("teach.add")} press={actions.capture} />
-        <Do id="teach-undo" off={!program.canUndo.value} text={w("teach.undo")} press={program.undo} />
-        <Do id="teach-redo" off={!program.canRedo.value} text={w("teach.redo")} press={program.redo} />
-        <Do
+        <Button id="teach-add" class="primary" off={off} why={why} text={w("teach.add")} press={actions.capture} />
+        <Button id="teach-undo" off={!program.canUndo.value} text={w("teach.undo")} press={program.undo} />
+        <Button id="teach-redo" off={!program.canRedo.value} text={w("teach.redo")} press={program.redo} />
+        <Button
           id="teach-delete"
           off={program.rows.value.length === 0}
           text={count > 1 ? w("teach.deleteMany", { count }) : w("teach.delete")}
           press={program.remove}
         />
       </div>
-      <Why id={why} text={off ? t(store.why.value ?? "why.free") : null} />
+      <Reason id={why} text={off ? t(store.why.value ?? "why.free") : null} />
       <details class="more">
         <summary>{w("teach.more")}</summary>
         <div class="more-body">
           <Switch
             id="teach-guide"
             label={w("teach.guide")}
-            on={actions.guides.value}
+            on={actions.addsByKey.value}
             off={off}
             why={why}
-            flip={actions.guide}
+            flip={actions.setGuiding}
           />
           <div class="buttons-row">
-            <Do id="teach-wait" text={w("teach.addWait")} press={actions.addWait} />
-            <Times id="teach-pin" label={w("teach.pin")} least={1} most={PINS} value={pin} />
-            <Do id="teach-output-high" text={w("teach.high")} press={() => actions.addOutput(pin.value, true)} />
-            <Do id="teach-output-low" text={w("teach.low")} press={() => actions.addOutput(pin.value, false)} />
+            <Button id="teach-wait" text={w("teach.addWait")} press={actions.addWait} />
+            <Repetitions id="teach-pin" label={w("teach.pin")} least={1} most={PINS} value={pin} />
+            <Button id="teach-output-high" text={w("teach.high")} press={() => actions.addOutput(pin.value, true)} />
+            <Button id="teach-output-low" text={w("teach.low")} press={() => actions.addOutput(pin.value, false)} />
           </div>
         </div>
       </details>
@@ -74,7 +74,7 @@ function Play() {
   const leads = program.rows.value[nth]?.motion !== null;
   return (
     <div class="buttons-row play">
-      <Do
+      <Button
         id="teach-play"
         class="primary"
         off={off}
@@ -96,10 +96,16 @@ function Play() {
         />
         <span>s</span>
       </label>
-      <Times id="teach-loops" label={t("run.times")} hint={t("run.times.hint")} value={actions.loops} />
-      <Do id="teach-from" off={off} why="play-why" text={w("teach.from", { n })} press={() => actions.play("from")} />
-      <Do id="teach-step" off={off} why="play-why" text={w("teach.one", { n })} press={() => actions.play("one")} />
-      <Do
+      <Repetitions id="teach-loops" label={t("run.times")} hint={t("run.times.hint")} value={actions.loops} />
+      <Button
+        id="teach-from"
+        off={off}
+        why="play-why"
+        text={w("teach.from", { n })}
+        press={() => actions.play("from")}
+      />
+      <Button id="teach-step" off={off} why="play-why" text={w("teach.one", { n })} press={() => actions.play("one")} />
+      <Button
         id="teach-again"
         off={store.why.value !== null || off || !leads}
         why="play-why"
@@ -134,7 +140,12 @@ function Files() {
         options={(["plan", "playback"] as const).map((value) => ({ value, text: t(`format.${value}`) }))}
         choose={(format) => (actions.format.value = format)}
       />
-      <Do id="teach-save" off={off || program.rows.value.length === 0} text={w("teach.save")} press={actions.save} />
+      <Button
+        id="teach-save"
+        off={off || program.rows.value.length === 0}
+        text={w("teach.save")}
+        press={actions.save}
+      />
       <OpenFile
         id="teach-open"
         accept=".playback,.json,.plan,.csv,.xyz,.blockly,.xml"
@@ -148,7 +159,7 @@ function Files() {
 
 export function Teach() {
   useEffect(() => actions.follow(), []);
-  useDropped(store.isUp.value ? ([file]) => file && actions.open(file) : null);
+  useFileDrop(store.isUp.value ? ([file]) => file && actions.open(file) : null);
   const isSaved = program.isSaved.value;
   const isEmpty = program.rows.value.length === 0;
   return (

@@ -1,8 +1,8 @@
 // Immediate actions: homing, tools, speed.
 import * as actions from "../actions";
-import { t, told } from "../i18n";
+import { t, translated } from "../i18n";
 import * as store from "../store";
-import { Card, Do, Field, Pick, Range, Switch } from "../ui/parts";
+import { Button, Card, Field, Pick, Range, Switch } from "../ui/parts";
 
 const TOOLS = ["none", "suction", "gripper", "pen", "laser"] as const;
 const GRIPPER = ["open", "closed", "off"] as const;
@@ -18,7 +18,7 @@ export function ArmCard() {
   return (
     <Card title={t("arm.title")} class="arm-card">
       <div class="buttons">
-        <Do
+        <Button
           id="home"
           class={isOn ? "primary" : ""}
           off={off}
@@ -26,7 +26,7 @@ export function ArmCard() {
           text={t(store.why.value === "why.homing" ? "home.now" : "home")}
           press={actions.home}
         />
-        <Do
+        <Button
           id="clear-alarms"
           class={store.alarms.value.some(({ code }) => code !== store.SWITCHED_ON) ? "primary" : ""}
           off={off}
@@ -51,7 +51,7 @@ export function ArmCard() {
           off={off}
           why="jog-why"
           rests
-          set={actions.speed}
+          set={actions.setSpeed}
         />
       </Field>
       <Pick
@@ -59,12 +59,12 @@ export function ArmCard() {
         id="tool-select"
         value={mounted}
         options={[
-          ...(isOther ? [{ value: mounted, text: told(`tools.${mounted}`, mounted), disabled: true }] : []),
+          ...(isOther ? [{ value: mounted, text: translated(`tools.${mounted}`, mounted), disabled: true }] : []),
           ...TOOLS.map((value) => ({ value: value as string, text: t(`tools.${value}`) })),
         ]}
         off={off}
         why="jog-why"
-        choose={(name) => actions.tool({ tool: name as (typeof TOOLS)[number] })}
+        choose={(name) => actions.setTool({ tool: name as (typeof TOOLS)[number] })}
       />
       <div class="tool-row">
         <Switch
@@ -73,7 +73,7 @@ export function ArmCard() {
           on={tool?.suction ?? null}
           off={off}
           why="jog-why"
-          flip={(suction) => actions.tool({ suction })}
+          flip={(suction) => actions.setTool({ suction })}
         />
         <Switch
           id="tool-laser"
@@ -82,23 +82,23 @@ export function ArmCard() {
           off={off}
           why="jog-why"
           danger
-          flip={actions.laser}
+          flip={actions.setLaser}
         />
       </div>
       <div class="gripper" role="group" aria-label={t("tool.gripper")}>
         <span aria-hidden="true">{t("tool.gripper")}</span>
         <div class="segments">
           {GRIPPER.map((gripper) => (
-            <Do
+            <Button
               id={`tool-gripper-${gripper}`}
               key={gripper}
               aria-pressed={tool?.gripper === gripper}
               off={off}
               why="jog-why"
-              press={() => actions.tool({ gripper })}
+              press={() => actions.setTool({ gripper })}
             >
               {t(`tool.${gripper}`)}
-            </Do>
+            </Button>
           ))}
         </div>
       </div>

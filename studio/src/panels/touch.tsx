@@ -5,7 +5,7 @@ import * as check from "../run/check";
 import * as surface from "../run/surface";
 import { w } from "../run/surface.words";
 import * as store from "../store";
-import { Card, Do, Why } from "../ui/parts";
+import { Button, Card, Reason } from "../ui/parts";
 import { JogPad } from "./jogpad";
 import { isLow, LiftPen, Paper } from "./paper";
 import { Problem } from "./remedies";
@@ -15,7 +15,7 @@ type Tool = "pen" | "laser";
 
 /** Result of the touches so far, and what another one would add. */
 function Touches() {
-  const known = surface.known.value;
+  const known = surface.knownSurface.value;
   if (known?.plane == null) return null;
   const { touches, plane, residual } = known;
   if (touches < 2) return <p class="hint">{w("touch.add.text")}</p>;
@@ -44,7 +44,7 @@ export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
       group
       more={
         <output class="number" data-testid="touch-off-height" aria-live="polite">
-          {surface.shownHeight()}
+          {surface.heightText()}
         </output>
       }
     >
@@ -53,11 +53,11 @@ export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
       ) : (
         <>
           <p class="hint" data-testid={isSheet ? "paper-size" : undefined}>
-            {isSheet ? w("paper.is", { size: surface.shownSize() }) : w(`touch.text.${tool}`)}
+            {isSheet ? w("paper.is", { size: surface.sizeText() }) : w(`touch.text.${tool}`)}
           </p>
           <div class="buttons-row">
             {isSheet ? null : (
-              <Do
+              <Button
                 id="touch-off"
                 class={isKnown ? "" : "primary"}
                 {...may}
@@ -66,12 +66,12 @@ export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
               />
             )}
             {isKnown && !isSheet ? (
-              <Do id="touch-off-add" {...may} text={w("touch.add")} press={() => surface.touch(true)} />
+              <Button id="touch-off-add" {...may} text={w("touch.add")} press={() => surface.touch(true)} />
             ) : null}
             {isSheet ? <LiftPen off={off} class={isLow() ? "primary" : ""} /> : null}
-            {isSheet ? <Do id="paper-wizard" {...may} text={w("paper.again")} press={surface.measure} /> : null}
+            {isSheet ? <Button id="paper-wizard" {...may} text={w("paper.again")} press={surface.measure} /> : null}
             {isKnown ? (
-              <Do id="touch-off-forget" class="quiet" {...may} text={w("touch.forget")} press={surface.forget} />
+              <Button id="touch-off-forget" class="quiet" {...may} text={w("touch.forget")} press={surface.forget} />
             ) : null}
           </div>
           {isSheet ? null : (
@@ -79,13 +79,13 @@ export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
               <Touches />
               <p class="hint">{w("paper.text")}</p>
               <div class="buttons-row">
-                <Do id="paper-wizard" {...may} text={w("paper.measure")} press={surface.measure} />
+                <Button id="paper-wizard" {...may} text={w("paper.measure")} press={surface.measure} />
               </div>
             </>
           )}
         </>
       )}
-      <Why id="touch-why" text={why === null ? null : t(why)} />
+      <Reason id="touch-why" text={why === null ? null : t(why)} />
       {problem === null ? null : <Problem of={problem} />}
     </Card>
   );

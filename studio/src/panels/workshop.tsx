@@ -9,16 +9,16 @@ import { hasFills } from "../run/fills";
 import * as jobs from "../run/jobs";
 import * as paper from "../run/paper";
 import * as library from "../run/programs";
-import { entryOf } from "../run/shop";
+import { entryOf } from "../run/workshop";
 import * as store from "../store";
-import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
+import { Button, Card, DropZone, Field, OpenFile, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";
 import { nameOf, Objects, Palette, useUndoKeys } from "./items";
 import { PartsCard } from "./partslist";
-import { PHOTO, Photo } from "./photo";
+import { PHOTO_OPTIONS, Photo } from "./photo";
 import { Presets } from "./presets";
-import { ACCEPT, formatOf } from "./programs";
-import { about, Found, Options, Unseen, usePrograms } from "./setup";
+import { ACCEPTED_FILES, formatOf } from "./programs";
+import { CheckResult, NoToolWarning, Options, summaryText, usePrograms } from "./setup";
 import { NewSheet, Sheet } from "./sheet";
 import sheetTexts from "./sheet.json";
 import { Height } from "./touch";
@@ -28,27 +28,27 @@ const w = sentencesOf(texts);
 const onSheet = sentencesOf(sheetTexts);
 
 /** Formats whose lines can be placed anywhere. */
-const FORMATS = ["svg", "dxf", "hpgl", "image", "text", "gcode"];
+const PLACEABLE_FORMATS = ["svg", "dxf", "hpgl", "image", "text", "gcode"];
 /** Largest file that is checked automatically, bytes. */
-const AT_ONCE = 8 * 1024 * 1024;
+const AUTO_CHECK_LIMIT = 8 * 1024 * 1024;
 
 /** True once the route's program belongs to this workshop. */
 function useBench(bench: Bench): boolean {
   const [isOpen, open] = useState(false);
   useEffect(() => {
-    check.shop.value = bench;
+    check.openWorkshop.value = bench;
     open(true);
     return () => {
-      if (check.shop.value === bench) check.shop.value = check.run;
+      if (check.openWorkshop.value === bench) check.openWorkshop.value = check.runWorkshop;
     };
   }, [bench]);
   return isOpen;
 }
 
-function What({ bench }: { bench: Bench }) {
+function SourcePicker({ bench }: { bench: Bench }) {
   const off = !store.isUp.value;
   const noFile = off || store.role.value === "viewer";
-  const drawings = library.programs.value.filter(({ format }) => FORMATS.includes(format ?? ""));
+  const drawings = library.programs.value.filter(({ format }) => PLACEABLE_FORMATS.includes(format ?? ""));
   const item = bench.item.value;
   const field = useRef<HTMLTextAreaElement>(null);
   // The next typed text replaces the selected word.
@@ -65,14 +65,14 @@ function What({ bench }: { bench: Bench }) {
         <OpenFile
           id="draw-open"
           class="small"
-          accept={ACCEPT}
+          accept={ACCEPTED_FILES}
           off={noFile}
           text={t(library.isLoading.value ? "programs.loading" : "programs.open")}
           open={(files) => bench.openFiles(files)}
         />
       }
     >
-      <Drop off={noFile} open={(files) => bench.openFiles(files)} class="what-drop">
+      <DropZone off={noFile} open={(files) => bench.openFiles(files)} class="what-drop">
         <Field label={t("draw.text")}>
           <textarea
             ref={field}
@@ -103,13 +103,13 @@ function What({ bench }: { bench: Bench }) {
             }}
           />
         )}
-      </Drop>
+      </DropZone>
     </Card>
   );
 }
 
 /** Note that filled shapes are only outlined, which their file does not show. */
-function Filled({ bench }: { bench: Bench }) {
+function FillNote({ bench }: { bench: Bench }) {
   const isFilled = useSignal(false);
   const item = bench.item.value;
   const isDrawing = item?.format === "svg" && item.shape === undefined;
@@ -119,7 +119,8 @@ function Filled({ bench }: { bench: Bench }) {
     isFilled.value = false;
     const entry = entryOf(name);
     const content =
-      text ?? (entry !== null && entry.bytes < AT_ONCE ? library.get(entry).then((file) => file.text()) : "");
+      text ??
+      (entry !== null && entry.bytes < AUTO_CHECK_LIMIT ? library.fetchProgram(entry).then((file) => file.text()) : "");
     if (isDrawing)
       Promise.resolve(content).then(
         (svg) => {
@@ -135,13 +136,13 @@ function Filled({ bench }: { bench: Bench }) {
   return (
     <div class="check note" role="status" data-testid="draw-filled">
       <p>{w("fill.note")}</p>
-      <Do id="draw-fill" class="small" text={w("fill.do")} press={() => bench.setValue("fill", "hatch")} />
+      <Button id="draw-fill" class="small" text={w("fill.do")} press={() => bench.setValue("fill", "hatch")} />
     </div>
   );
 }
 
 /** Note that an object was shrunk below the size of its file. */
-function Shrunk({ bench }: { bench: Bench }) {
+function ShrinkNote({ bench }: { bench: Bench }) {
   const shrunk = bench.shrunk.value;
   const item = bench.doc.now.value.items.find(({ id }) => id === shrunk?.id);
   if (shrunk === null || item === undefined || item.place !== null || bench.isFull.value) return null;
@@ -164,12 +165,12 @@ interface WorkshopProps {
   children?: ComponentChildren;
 }
 
-export function Workshop(props: WorkshopProps) {
-  return useBench(props.bench) ? <Opened {...props} /> : null;
+export function WorkshopPanel(props: WorkshopProps) {
+  return useBench(props.bench) ? <OpenWorkshop {...props} /> : null;
 }
 
-function Opened({ bench, name, hint, first, before, children }: WorkshopProps) {
-  usePrograms(AT_ONCE);
+function OpenWorkshop({ bench, name, hint, first, before, children }: WorkshopProps) {
+  usePrograms(AUTO_CHECK_LIMIT);
   useUndoKeys(bench);
   const reason = jobs.whyNotStart(bench.fixed);
   const isThere = bench.chosen.value !== null;
@@ -177,35 +178,35 @@ function Opened({ bench, name, hint, first, before, children }: WorkshopProps) {
   const time = (
     <p class="draw-time">
       <b class="number" data-testid="draw-time">
-        {seconds === null ? "–" : jobs.duration(seconds)}
+        {seconds === null ? "–" : jobs.formatDuration(seconds)}
       </b>{" "}
       <span class="hint">{t("draw.time")}</span>
     </p>
   );
   const start = () => {
-    const started = bench.start(bench.title.value, () => about(bench.report.value));
-    void paper.follows(bench, started);
+    const started = bench.start(bench.title.value, () => summaryText(bench.report.value));
+    void paper.recordWhenDone(bench, started);
     return started;
   };
   return (
     <div class="workshop">
       <Sheet bench={bench} hint={hint} />
       <div class="workshop-do" role="group" aria-label={name}>
-        <What bench={bench} />
+        <SourcePicker bench={bench} />
         <Card title={t("draw.go")} class="start-card" more={time}>
-          {isThere ? <Found /> : null}
-          <Filled bench={bench} />
+          {isThere ? <CheckResult /> : null}
+          <FillNote bench={bench} />
           {isThere && bench.isFull.value && !paper.isBlank() ? (
             <div class="check note" role="status" data-testid="sheet-full">
               <p>{onSheet("sheet.full")}</p>
               <NewSheet bench={bench} id="sheet-new-here" />
             </div>
           ) : null}
-          <Shrunk bench={bench} />
-          <Unseen />
+          <ShrinkNote bench={bench} />
+          <NoToolWarning />
           {before}
           <div class="buttons-row">
-            <Do
+            <Button
               id="draw-start"
               class="primary"
               off={reason !== null || !isThere}
@@ -213,7 +214,12 @@ function Opened({ bench, name, hint, first, before, children }: WorkshopProps) {
               text={t("run.start")}
               press={start}
             />
-            <Do id="draw-check" off={!store.isUp.value || !isThere} text={t("run.check")} press={() => bench.check()} />
+            <Button
+              id="draw-check"
+              off={!store.isUp.value || !isThere}
+              text={t("run.check")}
+              press={() => bench.check()}
+            />
           </div>
           <p id="draw-why" class="hint" role="status">
             {reason === null ? "" : t(reason)}
@@ -223,9 +229,9 @@ function Opened({ bench, name, hint, first, before, children }: WorkshopProps) {
         <Photo bench={bench} />
         <PartsCard bench={bench} />
         <Objects bench={bench} />
-        {check.asked.value.length === 0 || !isThere ? null : (
+        {check.shownOptions.value.length === 0 || !isThere ? null : (
           <Card title={t("setup.title")} class="options-card">
-            <Options first={first} not={PHOTO} />
+            <Options first={first} not={PHOTO_OPTIONS} />
           </Card>
         )}
         <Presets bench={bench} />

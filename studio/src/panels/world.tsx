@@ -1,18 +1,18 @@
 // World around a virtual arm: its objects, its drawing, and actions by hand.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { complain, tried } from "../actions";
+import { attempt, reportError } from "../actions";
 import type { Params } from "../client";
-import { t, told } from "../i18n";
+import { t, translated } from "../i18n";
 import { save } from "../log";
-import { call, shown } from "../session";
+import { call, shownArm } from "../session";
 import * as store from "../store";
-import { Card, Do, Field, NumberInput, OpenFile, Pick, Range, Switch } from "../ui/parts";
+import { Button, Card, Field, NumberInput, OpenFile, Pick, Range, Switch } from "../ui/parts";
 import { boundsOf, pathOf, READER, toReader, viewBox } from "../view/flat";
-import { hand } from "../view/layers";
-import { begin, darkness, drawn, look, type Stroke, world, worldless } from "../view/seen";
-import { tinted } from "../view/tint";
+import { onObjectDragged } from "../view/layers";
+import { mutedColor } from "../view/tint";
 import { ArmView } from "../view/view";
+import { darkness, drawn, hasNoWorld, loadScenario, readWorld, type Stroke, world } from "../view/world";
 import { sentencesOf } from "../words";
 import { GoTo } from "./objects";
 import "./world.css";
@@ -21,29 +21,29 @@ import texts from "./world.json";
 const w = sentencesOf(texts);
 
 /** Height at which objects are dropped, above everything: they fall onto what is below. */
-const ABOVE = 300;
-const WHY = "world-why";
+const DROP_HEIGHT = 300;
+const REASON_ID = "world-why";
 
 /** Reason why nothing can be done by hand, as a key of the texts. An unplugged cable does not count. */
-const why = () => store.barred(store.socket.value === "up");
+const whyNotByHand = () => store.whyBarred(store.socket.value === "up");
 
-async function done(work: () => Promise<unknown>): Promise<void> {
-  await tried(work);
-  void look();
+async function changeWorld(work: () => Promise<unknown>): Promise<void> {
+  await attempt(work);
+  void readWorld();
 }
-const place = (name: string, x: number, y: number) =>
-  done(() => call("world.place", { ...shown(), name, at: [x, y, ABOVE] }));
+const placeObject = (name: string, x: number, y: number) =>
+  changeWorld(() => call("world.place", { ...shownArm(), name, at: [x, y, DROP_HEIGHT] }));
 const load = (text: string) =>
-  done(async () => {
-    const objects = await begin(text);
-    store.say(w("world.begun", { n: objects.length }));
+  changeWorld(async () => {
+    const objects = await loadScenario(text);
+    store.notify(w("world.begun", { n: objects.length }));
   });
 
 function Scenario({ off }: { off: boolean }) {
   const all = useSignal<Array<{ name: string; title: string | null; text: string }>>([]);
   const isUp = store.socket.value === "up";
   useEffect(() => {
-    if (isUp) call("world.scenarios", shown()).then(({ scenarios }) => (all.value = scenarios), complain);
+    if (isUp) call("world.scenarios", shownArm()).then(({ scenarios }) => (all.value = scenarios), reportError);
   }, [store.armName.value, isUp]);
   const title = world.value?.title ?? null;
   const current =
@@ -59,10 +59,13 @@ function Scenario({ off }: { off: boolean }) {
           options={[
             { value: "", text: w("world.empty") },
             ...(current === "own" ? [{ value: "own", text: title ?? w("world.own") }] : []),
-            ...all.value.map((one) => ({ value: one.name, text: told(`scenario.${one.name}`, one.title ?? one.name) })),
+            ...all.value.map((one) => ({
+              value: one.name,
+              text: translated(`scenario.${one.name}`, one.title ?? one.name),
+            })),
           ]}
           off={off || noTeacher}
-          why={off ? WHY : "world-note"}
+          why={off ? REASON_ID : "world-note"}
           choose={(name) => {
             const wanted = all.value.find((one) => one.name === name);
             if (name === "" || wanted) void load(wanted?.text ?? "");
@@ -72,7 +75,7 @@ function Scenario({ off }: { off: boolean }) {
           id="world-scenario-open"
           accept=".toml"
           off={off || noTeacher}
-          why={off ? WHY : "world-note"}
+          why={off ? REASON_ID : "world-note"}
           text={w("world.open")}
           open={async ([file]) => file && load(await file.text())}
         />
@@ -85,7 +88,7 @@ function Scenario({ off }: { off: boolean }) {
 }
 
 /** An object farther from the arm than this is not to be found again, mm. */
-const FARTHEST = 1000;
+const MAX_OBJECT_DISTANCE = 1000;
 
 function Objects({ off }: { off: boolean }) {
   const objects = world.value?.objects ?? [];
@@ -104,17 +107,17 @@ function Objects({ off }: { off: boolean }) {
                 label={w("world.object.axis", { name, axis })}
                 value={value}
                 step={5}
-                least={-FARTHEST}
-                most={FARTHEST}
+                least={-MAX_OBJECT_DISTANCE}
+                most={MAX_OBJECT_DISTANCE}
                 off={off}
-                why={WHY}
-                set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)}
+                why={REASON_ID}
+                set={(to) => void placeObject(name, axis === "x" ? to : x, axis === "y" ? to : y)}
               />
             </label>
           );
           return (
             <li key={name} data-testid={`world-object-${name}`}>
-              <span class="swatch" style={{ background: tinted(color) }} />
+              <span class="swatch" style={{ background: mutedColor(color) }} />
               <b>
                 {name}
                 {held ? <small>{w("world.held")}</small> : null}
@@ -123,7 +126,7 @@ function Objects({ off }: { off: boolean }) {
               {field("y", y)}
               <output aria-live="off">{`z ${z.toFixed(1)}`}</output>
               <span class="object-do">
-                <GoTo thing={thing} off={off || store.why.value !== null} why={WHY} />
+                <GoTo thing={thing} off={off || store.why.value !== null} why={REASON_ID} />
               </span>
             </li>
           );
@@ -158,14 +161,14 @@ function Paper() {
     <Card
       title={w("world.paper")}
       more={
-        <Do
+        <Button
           id="world-paper-save"
           class="quiet small"
           off={strokes.length === 0}
           press={() => save(`${store.armName.value}-drawing.svg`, toReader(svg))}
         >
           {w("world.paper.save")}
-        </Do>
+        </Button>
       }
     >
       <svg
@@ -205,19 +208,19 @@ function Paper() {
 }
 
 const JOINTS = ["j1", "j2", "j3", "j4"] as const;
-let guiding = false;
-let next: number[] | null = null;
+let isGuiding = false;
+let nextJoints: number[] | null = null;
 /** Sends joint angles one after the other, always the newest. */
-async function guide(joints: number[]): Promise<void> {
-  next = joints;
-  if (guiding) return;
-  guiding = true;
-  while (next !== null) {
-    const to: number[] = next;
-    next = null;
-    await done(() => call("world.guide", { ...shown(), joints: to }));
+async function guideTo(joints: number[]): Promise<void> {
+  nextJoints = joints;
+  if (isGuiding) return;
+  isGuiding = true;
+  while (nextJoints !== null) {
+    const to: number[] = nextJoints;
+    nextJoints = null;
+    await changeWorld(() => call("world.guide", { ...shownArm(), joints: to }));
   }
-  guiding = false;
+  isGuiding = false;
 }
 
 function Guide() {
@@ -236,7 +239,7 @@ function Guide() {
             most={limits[joint][1] ?? 0}
             step={0.5}
             value={state[joint]}
-            set={(to) => guide((next ?? JOINTS.map((one) => store.state.value?.[one] ?? 0)).with(at, to))}
+            set={(to) => guideTo((nextJoints ?? JOINTS.map((one) => store.state.value?.[one] ?? 0)).with(at, to))}
           />
           <output aria-live="off">{`${state[joint].toFixed(1)}°`}</output>
         </label>
@@ -245,22 +248,28 @@ function Guide() {
   );
 }
 
-function Hands({ off }: { off: boolean }) {
+function ManualActions({ off }: { off: boolean }) {
   const seen = world.value;
-  const press = (long: boolean) => done(() => call("world.press", { ...shown(), long }));
+  const press = (long: boolean) => changeWorld(() => call("world.press", { ...shownArm(), long }));
   return (
     <Card title={w("world.hands")}>
       <div class="row" role="group" aria-label={w("world.key")}>
-        <Do id="world-press" off={off} why={WHY} text={w("world.press")} press={() => press(false)} />
-        <Do id="world-press-long" off={off} why={WHY} text={w("world.press.long")} press={() => press(true)} />
+        <Button id="world-press" off={off} why={REASON_ID} text={w("world.press")} press={() => press(false)} />
+        <Button
+          id="world-press-long"
+          off={off}
+          why={REASON_ID}
+          text={w("world.press.long")}
+          press={() => press(true)}
+        />
       </div>
       <Switch
         id="world-unlock"
         label={w("world.unlock")}
         on={seen?.unlocked ?? null}
         off={off}
-        why={WHY}
-        flip={(held) => done(() => call("world.unlock", { ...shown(), held }))}
+        why={REASON_ID}
+        flip={(held) => changeWorld(() => call("world.unlock", { ...shownArm(), held }))}
       />
       {seen?.unlocked && !off ? <Guide /> : null}
       <Switch
@@ -268,8 +277,8 @@ function Hands({ off }: { off: boolean }) {
         label={w("world.plugged")}
         on={seen?.plugged ?? null}
         off={off}
-        why={WHY}
-        flip={(plugged) => done(() => call("world.unplug", { ...shown(), plugged }))}
+        why={REASON_ID}
+        flip={(plugged) => changeWorld(() => call("world.unplug", { ...shownArm(), plugged }))}
       />
     </Card>
   );
@@ -280,7 +289,7 @@ function Faults({ off }: { off: boolean }) {
   const joint = useSignal(2);
   const degrees = useSignal(5);
   const fault = (params: Omit<Params<"world.fault">, "arm">) =>
-    done(() => call("world.fault", { ...shown(), ...params }));
+    changeWorld(() => call("world.fault", { ...shownArm(), ...params }));
   const number = (label: string, value: typeof code, least: number, most: number) => (
     <Field label={label}>
       <NumberInput
@@ -300,43 +309,49 @@ function Faults({ off }: { off: boolean }) {
       <div class="row">
         {number(w("world.slip.joint"), joint, 1, 4)}
         {number(w("world.slip.by"), degrees, -90, 90)}
-        <Do
+        <Button
           id="world-slip"
           off={off}
-          why={WHY}
+          why={REASON_ID}
           text={w("world.slip")}
           press={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })}
         />
       </div>
       <div class="row">
         {number(w("world.alarm.code"), code, 0, 255)}
-        <Do
+        <Button
           id="world-alarm"
           off={off}
-          why={WHY}
+          why={REASON_ID}
           text={w("world.alarm")}
           press={() => fault({ fault: "alarm", alarm: code.value })}
         />
-        <Do id="world-reset" off={off} why={WHY} text={w("world.reset")} press={() => fault({ fault: "reset" })} />
+        <Button
+          id="world-reset"
+          off={off}
+          why={REASON_ID}
+          text={w("world.reset")}
+          press={() => fault({ fault: "reset" })}
+        />
       </div>
     </Card>
   );
 }
 
 export function World() {
-  const off = why();
+  const off = whyNotByHand();
   useEffect(() => {
-    void look();
-    hand.value = (name, [x, y]) => {
-      if (why() === null) return void place(name, x, y);
-      store.say(t(why() ?? "why.free"), true);
+    void readWorld();
+    onObjectDragged.value = (name, [x, y]) => {
+      if (whyNotByHand() === null) return void placeObject(name, x, y);
+      store.notify(t(whyNotByHand() ?? "why.free"), true);
       world.value = world.value === null ? null : { ...world.value };
     };
     return () => {
-      hand.value = null;
+      onObjectDragged.value = null;
     };
   }, []);
-  if (worldless.value || store.arm.value?.virtual === false || store.backend.value === "none") {
+  if (hasNoWorld.value || store.arm.value?.virtual === false || store.backend.value === "none") {
     return (
       <Card title={t("nav.world")}>
         <p>{store.backend.value === "none" ? t("why.closed") : w("world.none")}</p>
@@ -350,14 +365,14 @@ export function World() {
       </div>
       <div class="move-do" role="group" aria-label={t("nav.world")}>
         {off === null ? null : (
-          <p class="jog-status off" id={WHY}>
+          <p class="jog-status off" id={REASON_ID}>
             {t(off)}
           </p>
         )}
         <Scenario off={off !== null} />
         <Objects off={off !== null} />
         <Paper />
-        <Hands off={off !== null} />
+        <ManualActions off={off !== null} />
         <Faults off={off !== null} />
       </div>
     </div>

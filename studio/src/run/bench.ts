@@ -1,53 +1,53 @@
 // Workshop of drawings and engravings: objects on a sheet that become one job.
 import { computed, effect, signal } from "@preact/signals";
-import { complain } from "../actions";
+import { reportError } from "../actions";
 import type { Option, Report } from "../api";
 import { RpcError } from "../client";
 import { t } from "../i18n";
 import texts from "../panels/workshop.json";
-import { call, shown } from "../session";
+import { call, shownArm } from "../session";
 import * as store from "../store";
 import { boundsOf, type Points } from "../view/flat";
-import { look, world } from "../view/seen";
+import { readWorld, world } from "../view/world";
 import { sentencesOf } from "../words";
 import { History } from "./history";
 import {
-  bounded,
   boxOf,
-  changed,
-  chosenOf,
-  composed,
+  clampedPlace,
+  compose,
   type Doc,
-  drawnOf,
+  drawnItems,
   type Item,
-  inked,
-  isOwn,
+  isObjectOption,
   isSame,
-  moved,
+  linesByColor,
+  normalizedTurn,
   type PartRow,
   type Place,
   type Point,
   partRows,
   partsOf,
+  rotated,
+  roundedPlace,
+  selectedItem,
   styleOf,
-  ticked,
-  tidy,
-  turned,
-  unwound,
-  without,
+  withChange,
+  withMovedItem,
+  withoutItem,
+  withPartDrawn,
 } from "./items";
 import * as jobs from "./jobs";
-import { leftOf } from "./leftdoc";
-import { corners, rotateOf, taken, turnOf, upright } from "./paper";
+import { corners, occupiedFrames, rotateOf, turnOf, uprightRotation } from "./paper";
 import { freeSpot, overlaps, type Room } from "./room";
 import { type Shape, svgOf } from "./shapes";
-import { counts, entryOf, optionsOf, Shop, type Source, setupOf, type Values, vouch } from "./shop";
+import { storedWorkshop } from "./stored";
 import { sheet } from "./surface";
+import { entryOf, isRelevant, optionsOf, requireValid, type Source, setupOf, type Values, Workshop } from "./workshop";
 
 const w = sentencesOf(texts);
 
 /** Result of an object's last check. */
-interface Found {
+interface CheckedObject {
   key: string;
   report: Report;
   place: Place | null;
@@ -58,36 +58,36 @@ interface Found {
 }
 
 /** Formats without a size of their own, which fill the free space. */
-const FILLS = ["text", "image"];
+const FILLING_FORMATS = ["text", "image"];
 /**
  * Largest side that is chosen automatically by tool and format, mm: large images take long, burnt
  * ones even longer.
  */
-const MOST: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
+const MAX_SIDE: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
 /** Share of the size on a blank sheet below which the sheet counts as full. */
-const CROWDED = 0.45;
+const FULL_SHEET_SHARE = 0.45;
 /** An object shrunk below this share of its size gets a note. */
-const SHRUNK = 0.97;
+const SHRINK_NOTE_SHARE = 0.97;
 /** Smallest size, mm; below it an object has no room. */
-const LEAST = 12;
+const MIN_SIZE = 12;
 /** Formats that are burnt as they are and cannot be combined with others. */
-const ALONE = ["image", "gcode", "testgrid"];
+const UNCOMBINABLE_FORMATS = ["image", "gcode", "testgrid"];
 /** Width of an image at scale 1, mm. */
-const LOOKED = 30;
+const IMAGE_WIDTH = 30;
 /** Largest number of preview points. A preview with more has been thinned and cannot be drawn. */
-const THINNED = 19_000;
+const MAX_PREVIEW_POINTS = 19_000;
 /** Longest text of a composed drawing that fits into a message. */
-const LONGEST = 900_000;
+const MAX_TEXT_LENGTH = 900_000;
 /** Placement options, which the sheet determines. */
-const PLACED = ["at", "scale", "rotate", "fit", "width", "height", "place", "turn"];
+const PLACEMENT_OPTIONS = ["at", "scale", "rotate", "fit", "width", "height", "place", "turn"];
 /** Options of a job that do not apply while a single object is checked. */
-const ANEW = ["parts", "no_pause"];
+const JOB_ONLY_OPTIONS = ["parts", "no_pause"];
 
-export class Bench extends Shop {
+export class Bench extends Workshop {
   readonly tool: "pen" | "laser";
   readonly doc = new History<Doc>({ items: [], chosen: null });
-  readonly found = signal<ReadonlyMap<number, Found>>(new Map());
-  readonly item = computed(() => chosenOf(this.doc.now.value));
+  readonly checkedObjects = signal<ReadonlyMap<number, CheckedObject>>(new Map());
+  readonly item = computed(() => selectedItem(this.doc.now.value));
   /** Options of the job, for all of its objects. */
   private readonly common = signal<Values>({});
   /** Source and setup of the last check. */
@@ -101,20 +101,20 @@ export class Bench extends Shop {
   /** Object shrunk to fit beside the others: widths before and after, mm. */
   readonly shrunk = signal<{ id: number; from: number; to: number } | null>(null);
   /** Job started here, and the selection and options at its start. */
-  private readonly begun = signal<{ job: string; mark: string } | null>(null);
+  private readonly startedJob = signal<{ job: string; mark: string } | null>(null);
   /** Stage of the shown objects: `drawing` while their job runs, `drawn` once it is done. */
   readonly stage = computed<"planned" | "drawing" | "drawn">(() => {
-    const begun = this.begun.value;
+    const begun = this.startedJob.value;
     const job = begun === null ? undefined : jobs.jobs.value.find((one) => one.job === begun.job);
-    if (begun === null || job === undefined || begun.mark !== this.look()) return "planned";
+    if (begun === null || job === undefined || begun.mark !== this.appearance()) return "planned";
     if (job.state === "done") return "drawn";
-    return jobs.isUnderWay(job) ? "drawing" : "planned";
+    return jobs.isActive(job) ? "drawing" : "planned";
   });
-  protected override began(job: string): void {
-    this.begun.value = { job, mark: this.look() };
+  protected override onJobStarted(job: string): void {
+    this.startedJob.value = { job, mark: this.appearance() };
   }
   /** Identifies the appearance of the objects. The division into parts and pen changes do not affect it. */
-  private look(): string {
+  private appearance(): string {
     const { no_pause: _, ...common } = this.common.value;
     const items = this.doc.now.value.items.map(({ name: _name, values: { parts: _parts, ...values }, ...item }) => ({
       ...item,
@@ -122,18 +122,18 @@ export class Bench extends Shop {
     }));
     return JSON.stringify([items, common]);
   }
-  private next = 1;
+  private nextId = 1;
 
   constructor(tool: "pen" | "laser") {
     const work = tool === "pen" ? "draw" : "engrave";
     super({ tool, work });
     this.tool = tool;
-    const kept = leftOf(work);
+    const kept = storedWorkshop(work);
     const left = kept.read();
     if (left !== null) {
       this.doc.amend(left.doc);
       this.common.value = left.common;
-      this.next = Math.max(0, ...left.doc.items.map(({ id }) => id)) + 1;
+      this.nextId = Math.max(0, ...left.doc.items.map(({ id }) => id)) + 1;
     }
     effect(() => kept.write({ doc: this.doc.now.value, common: this.common.value }));
   }
@@ -154,13 +154,13 @@ export class Bench extends Shop {
   });
   readonly values = computed<Values>(() => ({ ...this.common.value, ...this.item.value?.values }));
 
-  override isOpen(name: string): boolean {
-    return super.isOpen(name) && !PLACED.includes(name);
+  override isSettable(name: string): boolean {
+    return super.isSettable(name) && !PLACEMENT_OPTIONS.includes(name);
   }
 
   private isOwn(name: string): boolean {
     const option = this.options.value.find((one) => one.name === name);
-    return option !== undefined && isOwn(option);
+    return option !== undefined && isObjectOption(option);
   }
 
   setValue(name: string, to: string): void {
@@ -169,7 +169,7 @@ export class Bench extends Shop {
       // Another division has other parts.
       const { only, ...rest } = item.values;
       const values = { ...rest, ...(only && name !== "parts" ? { only } : {}), [name]: to };
-      this.doc.commit(changed(this.doc.now.value, item.id, { values }), `${name} ${item.id}`);
+      this.doc.commit(withChange(this.doc.now.value, item.id, { values }), `${name} ${item.id}`);
     } else this.common.value = { ...this.common.value, [name]: to };
   }
 
@@ -179,34 +179,35 @@ export class Bench extends Shop {
     const item = this.item.value;
     const own = Object.fromEntries(all.filter(([name]) => this.isOwn(name)));
     if (item !== null)
-      this.doc.commit(changed(this.doc.now.value, item.id, { values: { ...partsOf(item.values), ...own } }));
+      this.doc.commit(withChange(this.doc.now.value, item.id, { values: { ...partsOf(item.values), ...own } }));
   }
 
   /** A file whose layers say nothing is seen in its colours, and drawn without a pause: no person has said so. */
-  seeColors(): void {
+  divideByColors(): void {
     const item = this.item.value;
     if (item === null) return;
-    this.doc.amend(changed(this.doc.now.value, item.id, { values: { ...item.values, parts: "color" } }));
+    this.doc.amend(withChange(this.doc.now.value, item.id, { values: { ...item.values, parts: "color" } }));
     this.common.value = { ...this.common.value, no_pause: "true" };
   }
 
   /** The parts of what lies on the sheet, drawn or not. */
   readonly parts = computed<PartRow[]>(() =>
-    partRows(this.doc.now.value.items, this.found.value, this.isComposed.value ? this.report.value : null),
+    partRows(this.doc.now.value.items, this.checkedObjects.value, this.isComposed.value ? this.report.value : null),
   );
   /** Draws a part, or leaves it out: what lies there stays where it is. */
-  tick(row: PartRow, is: boolean): void {
+  setPartDrawn(row: PartRow, is: boolean): void {
     const now = this.doc.now.value;
     const items = now.items.map((item) => ({ ...item, place: this.placeOf(item) }));
-    this.doc.commit(ticked({ ...now, items }, this.found.value, row, is, this.isComposed.value));
+    this.doc.commit(withPartDrawn({ ...now, items }, this.checkedObjects.value, row, is, this.isComposed.value));
   }
 
   /** Objects restored from storage get their options once the station is connected. */
-  override checkAlong(most?: number): () => void {
+  override checkOnChange(most?: number): () => void {
     const ends = [
-      super.checkAlong(most),
+      super.checkOnChange(most),
       effect(() => {
-        if (store.isUp.value && this.options.peek().length === 0 && this.doc.now.peek().items.length > 0) this.follow();
+        if (store.isUp.value && this.options.peek().length === 0 && this.doc.now.peek().items.length > 0)
+          this.loadSelectedOptions();
       }),
     ];
     return () => ends.forEach((end) => end());
@@ -217,41 +218,41 @@ export class Bench extends Shop {
   /** Resolves once the options of the selected object are known. */
   ready: Promise<void> = Promise.resolve();
 
-  private async askOptions(format: string): Promise<void> {
+  private async fetchOptions(format: string): Promise<void> {
     try {
       const options = await optionsOf(format);
       if ((this.item.peek()?.format ?? format) === format) this.options.value = options;
     } catch (error) {
-      complain(error);
+      reportError(error);
     }
   }
 
-  private forFormat(format: string): void {
-    this.ready = this.askOptions(format);
+  private loadOptions(format: string): void {
+    this.ready = this.fetchOptions(format);
   }
 
   /** Removes everything from the sheet. */
   clear(): void {
     this.forgetParts();
     this.doc.commit({ items: [], chosen: null });
-    this.follow();
+    this.loadSelectedOptions();
   }
 
   /** Adds an object to the sheet. Objects already there keep their places. */
   add(of: Omit<Item, "id" | "color" | "values" | "place">): void {
     const before = this.doc.now.value;
-    const id = this.next++;
+    const id = this.nextId++;
     // A new text takes over the style of the last one.
     const like = before.items.findLast(({ format }) => format === of.format);
     const values = styleOf(like?.values ?? {});
     const items = before.items.map((item) => ({
       ...item,
-      place: item.place ?? this.found.value.get(item.id)?.place ?? null,
+      place: item.place ?? this.checkedObjects.value.get(item.id)?.place ?? null,
     }));
     if (items.length === 0) this.forgetParts();
     this.doc.commit({ items: [...items, { ...of, id, color: null, values, place: null }], chosen: id }, `new ${id}`);
     this.report.value = items.length === 0 ? null : this.report.value;
-    this.forFormat(of.format);
+    this.loadOptions(of.format);
   }
 
   /** Resets the option for pen changes, which belongs to the former drawing. */
@@ -269,13 +270,13 @@ export class Bench extends Shop {
     const now = this.doc.now.value;
     const [only] = now.items;
     if (now.items.length === 1 && only?.format === of.format) {
-      this.doc.commit(changed(now, only.id, { ...of, place: null }), `${of.format} ${only.id}`);
+      this.doc.commit(withChange(now, only.id, { ...of, place: null }), `${of.format} ${only.id}`);
       return;
     }
-    const id = this.next++;
+    const id = this.nextId++;
     this.forgetParts();
     this.doc.commit({ items: [{ ...of, id, color: null, values: {}, place: null }], chosen: id });
-    this.forFormat(of.format);
+    this.loadOptions(of.format);
   }
 
   /** Writes into the selected text, or into a new one. */
@@ -288,7 +289,7 @@ export class Bench extends Shop {
       return;
     }
     if (name === "") return this.remove(item.id, `new ${item.id}`);
-    this.doc.commit(changed(this.doc.now.value, item.id, { source, name }), `new ${item.id}`);
+    this.doc.commit(withChange(this.doc.now.value, item.id, { source, name }), `new ${item.id}`);
   }
 
   /** Adds another text. */
@@ -301,18 +302,18 @@ export class Bench extends Shop {
     if (now.chosen === id) return;
     this.doc.seal();
     this.doc.amend({ ...now, chosen: id });
-    this.follow();
+    this.loadSelectedOptions();
   }
 
   remove(id: number, key: string | null = null): void {
-    this.doc.commit(without(this.doc.now.value, id), key);
-    this.follow();
+    this.doc.commit(withoutItem(this.doc.now.value, id), key);
+    this.loadSelectedOptions();
   }
 
   duplicate(id: number): void {
     const item = this.doc.now.value.items.find((one) => one.id === id);
     if (item === undefined) return;
-    const found = this.found.value.get(id);
+    const found = this.checkedObjects.value.get(id);
     this.add({
       source: item.source,
       format: item.format,
@@ -325,15 +326,15 @@ export class Bench extends Shop {
     if (added === undefined) return;
     const place = item.place ?? found?.place ?? null;
     const beside: Place | null = place === null ? null : { ...place, at: [place.at[0] + 10, place.at[1] + 10] };
-    this.doc.amend(changed(now, added.id, { place: beside, color: item.color, values: item.values }));
+    this.doc.amend(withChange(now, added.id, { place: beside, color: item.color, values: item.values }));
   }
 
   order(id: number, by: number): void {
-    this.doc.commit(moved(this.doc.now.value, id, by));
+    this.doc.commit(withMovedItem(this.doc.now.value, id, by));
   }
 
   color(id: number, color: string | null): void {
-    this.doc.commit(changed(this.doc.now.value, id, { color }));
+    this.doc.commit(withChange(this.doc.now.value, id, { color }));
   }
 
   /**
@@ -343,50 +344,52 @@ export class Bench extends Shop {
   change(by: Partial<Place>, key: string | null = null): void {
     const [item, now] = [this.item.value, this.place.value];
     if (item === null || now === null) return;
-    const next = bounded({ ...now, ...by }, Math.max(...this.sizeOf(item)) / now.scale);
+    const next = clampedPlace({ ...now, ...by }, Math.max(...this.sizeOf(item)) / now.scale);
     const [dx, dy] = this.middleOf(item, next);
-    const place = tidy({ ...next, at: [next.at[0] - dx, next.at[1] - dy] });
-    this.doc.commit(changed(this.doc.now.value, item.id, { place }), key === null ? null : `${key} ${item.id}`);
+    const place = roundedPlace({ ...next, at: [next.at[0] - dx, next.at[1] - dy] });
+    this.doc.commit(withChange(this.doc.now.value, item.id, { place }), key === null ? null : `${key} ${item.id}`);
   }
 
   /** Leaves the place of the selected object to the page. */
-  release(): void {
+  releasePlace(): void {
     const item = this.item.value;
     if (item === null) return;
     this.spots.delete(item.id);
-    this.doc.commit(changed(this.doc.now.value, item.id, { place: null }));
+    this.doc.commit(withChange(this.doc.now.value, item.id, { place: null }));
   }
 
   /** Handles a new sheet: objects without a chosen place have all of it. */
   refresh(): void {
     this.spots.clear();
     this.isFull.value = false;
-    const stays = ({ id, place }: Item) => place !== null && this.found.value.has(id);
+    const stays = ({ id, place }: Item) => place !== null && this.checkedObjects.value.has(id);
     const items = this.doc.now.value.items.filter(stays);
-    this.found.value = new Map([...this.found.value].filter(([id]) => items.some((item) => item.id === id)));
+    this.checkedObjects.value = new Map(
+      [...this.checkedObjects.value].filter(([id]) => items.some((item) => item.id === id)),
+    );
     if (this.doc.now.value.items.some(({ place }) => place === null)) void this.check();
   }
 
   undo(): void {
     this.doc.undo();
-    this.follow();
+    this.loadSelectedOptions();
   }
 
   redo(): void {
     this.doc.redo();
-    this.follow();
+    this.loadSelectedOptions();
   }
 
   /** Loads the options of the selected object. */
-  private follow(): void {
+  private loadSelectedOptions(): void {
     const { items } = this.doc.now.value;
     const format = this.item.value?.format ?? (items.length > 0 ? "svg" : null);
-    if (format !== null) this.forFormat(format);
+    if (format !== null) this.loadOptions(format);
     if (items.length === 0) this.forget();
   }
 
   async openFiles(files: Iterable<File>): Promise<void> {
-    for (const { name, label } of await this.kept(files)) this.take(name, label);
+    for (const { name, label } of await this.storeFiles(files)) this.take(name, label);
   }
 
   /** Takes a program of the library, which the person may know by another name. */
@@ -412,27 +415,31 @@ export class Bench extends Shop {
    */
   private middleOf(item: Item, { scale, turn }: Place): Point {
     if (!item.values.only) return [0, 0];
-    const found = this.found.value.get(item.id);
+    const found = this.checkedObjects.value.get(item.id);
     const [mx, my] = found?.middle ?? [0, 0];
     const by = scale / (found?.place?.scale ?? 1);
-    return turned([mx * by, my * by], upright() + turn);
+    return rotated([mx * by, my * by], uprightRotation() + turn);
   }
   placeOf(item: Item): Place | null {
-    return item.place ?? this.found.value.get(item.id)?.place ?? null;
+    return item.place ?? this.checkedObjects.value.get(item.id)?.place ?? null;
   }
   /** Width and height of an object at its place. */
   sizeOf(item: Item): Point {
-    const found = this.found.value.get(item.id);
+    const found = this.checkedObjects.value.get(item.id);
     const by = (this.placeOf(item)?.scale ?? 1) / (found?.place?.scale ?? 1);
     return [(found?.sides[0] ?? 0) * by, (found?.sides[1] ?? 0) * by];
   }
   /** Position of a corner of an object, or of a point `beyond` it. */
   cornerOf(item: Item, [sx, sy]: Point, beyond = 0): Point {
-    const [found, place, [width, height]] = [this.found.value.get(item.id), this.placeOf(item), this.sizeOf(item)];
+    const [found, place, [width, height]] = [
+      this.checkedObjects.value.get(item.id),
+      this.placeOf(item),
+      this.sizeOf(item),
+    ];
     const by = (place?.scale ?? 1) / (found?.place?.scale ?? 1);
     const [mx, my] = found?.middle ?? [0, 0];
     const corner = [mx * by + (sx * width) / 2, my * by + (sy * height) / 2 + beyond];
-    const [dx, dy] = turned(corner, upright() + (place?.turn ?? 0));
+    const [dx, dy] = rotated(corner, uprightRotation() + (place?.turn ?? 0));
     return [(place?.at[0] ?? 0) + dx, (place?.at[1] ?? 0) + dy];
   }
   setWidth(width: number): void {
@@ -442,28 +449,28 @@ export class Bench extends Shop {
   }
 
   /** True if everything has been checked at its wanted place. */
-  readonly isFound = computed(() =>
+  readonly isChecked = computed(() =>
     this.doc.now.value.items.every((item) => {
-      const found = this.found.value.get(item.id);
+      const found = this.checkedObjects.value.get(item.id);
       if (found === undefined) return false;
       return item.place === null || (found.place !== null && isSame(item.place, found.place));
     }),
   );
 
   protected override isSettled(): boolean {
-    return this.isFound.value && !this.isChecking.value && this.checkedMark === this.mark();
+    return this.isChecked.value && !this.isChecking.value && this.checkedKey === this.selectionKey();
   }
-  override mark(): string {
+  override selectionKey(): string {
     const { items } = this.doc.now.value;
     const versions = items.map(({ source }) => entryOf(source.program)?.modified);
     return JSON.stringify([items.map(({ name: _, ...item }) => item), versions, this.common.value]);
   }
-  protected override depends(): void {
+  protected override trackDependencies(): void {
     void this.doc.now.value.items;
     void this.common.value;
     void sheet.value;
   }
-  protected override bytes(): number | null {
+  protected override largestFile(): number | null {
     const sizes = this.doc.now.value.items.map(({ source }) => entryOf(source.program)?.bytes ?? 0);
     return Math.max(0, ...sizes);
   }
@@ -476,17 +483,17 @@ export class Bench extends Shop {
   // Requests to the station.
 
   /** Limits for objects that are placed automatically, including the objects that are there. */
-  private async room(height: number, others: readonly Found[]): Promise<Room> {
+  private async freeRoom(height: number, others: readonly CheckedObject[]): Promise<Room> {
     const { outlines } = await call("motion.reach", { z: height, tool: this.tool });
     const boxes = others.map(({ report }) => boundsOf((report.preview?.strokes ?? []).flatMap(({ points }) => points)));
-    return { outlines, paper: corners(), taken: [...taken(), ...boxes] };
+    return { outlines, paper: corners(), taken: [...occupiedFrames(), ...boxes] };
   }
 
-  private ask(source: Source, setup: Record<string, unknown>): Promise<Report> {
-    return call("job.check", { ...shown(), ...source, setup, preview: true });
+  private requestReport(source: Source, setup: Record<string, unknown>): Promise<Report> {
+    return call("job.check", { ...shownArm(), ...source, setup, preview: true });
   }
 
-  private placing(place: Place | null, isHeld: boolean): Record<string, unknown> {
+  private placementOptions(place: Place | null, isHeld: boolean): Record<string, unknown> {
     if (place === null) return { rotate: rotateOf(0), fit: true };
     const { at, scale, turn } = place;
     return { at, scale, rotate: rotateOf(turn), turn: false, ...(isHeld ? {} : { fit: true }) };
@@ -494,84 +501,84 @@ export class Bench extends Shop {
 
   /** Options of an object: its own, and those of the whole job if it is alone. */
   private async optionsFor(item: Item): Promise<Record<string, unknown>> {
-    const all = (await optionsOf(item.format)).filter(({ name }) => this.isOpen(name));
+    const all = (await optionsOf(item.format)).filter(({ name }) => this.isSettable(name));
     const values = { ...this.common.value, ...item.values };
     const said = (name: string): string =>
       String(this.fixed[name] ?? (values[name] || (all.find((one) => one.name === name)?.default ?? "")));
     const isAsked = (option: Option) =>
-      counts(option, all, said) &&
-      (!this.isComposed.value || isOwn(option) || ["surface", "speed"].includes(option.name)) &&
-      !(this.isComposed.value && ANEW.includes(option.name));
-    vouch(all.filter(isAsked), values);
+      isRelevant(option, all, said) &&
+      (!this.isComposed.value || isObjectOption(option) || ["surface", "speed"].includes(option.name)) &&
+      !(this.isComposed.value && JOB_ONLY_OPTIONS.includes(option.name));
+    requireValid(all.filter(isAsked), values);
     const set = setupOf(all.filter(isAsked), values);
     const parts =
       this.isComposed.value && all.some(({ name }) => name === "parts")
         ? { parts: (values.only ? values.parts : "color") || undefined, no_pause: true }
         : {};
     // The size in the image file does not matter, and a small image is checked faster.
-    const width = item.format === "image" ? { width: LOOKED } : {};
+    const width = item.format === "image" ? { width: IMAGE_WIDTH } : {};
     return { ...set, ...parts, ...width, ...this.fixed };
   }
 
   /** Checks one object at its place. An unchanged object is not checked again. */
-  private async resolve(item: Item, others: readonly Found[]): Promise<Found> {
+  private async checkObject(item: Item, others: readonly CheckedObject[]): Promise<CheckedObject> {
     const options = await this.optionsFor(item);
     const version = entryOf(item.source.program)?.modified ?? 0;
-    if (store.arm.value?.virtual === true && world.value === null) await look();
+    if (store.arm.value?.virtual === true && world.value === null) await readWorld();
     const around = [item.source, version, sheet.value, store.armName.value, corners()];
     const key = JSON.stringify([around, options, item.place]);
     // The division of a file does not move its objects.
     const { parts: _, no_pause: _pause, ...lies } = options;
     const what = JSON.stringify([around, lies]);
-    const known = this.found.value.get(item.id);
+    const known = this.checkedObjects.value.get(item.id);
     if (this.isComposed.value && known?.key === key) return known;
     let place = item.place;
     if (place === null) {
       const spot = this.spots.get(item.id);
       if (spot?.key !== what) {
-        const [natural, found] = await this.natural(item, options, others);
+        const [natural, found] = await this.placeAutomatically(item, options, others);
         this.spots.set(item.id, { key: what, place: found });
-        if (found === null) return this.foundOf(key, natural);
+        if (found === null) return this.checkedObject(key, natural);
         place = found;
       } else place = spot.place;
     }
-    this.placed = { ...options, ...this.placing(place, item.place !== null) };
-    const report = await this.ask(item.source, this.placed);
-    if (place === null) return this.foundOf(key, report);
-    if (item.place !== null) return this.foundOf(key, report, item.place);
+    this.requestedSetup = { ...options, ...this.placementOptions(place, item.place !== null) };
+    const report = await this.requestReport(item.source, this.requestedSetup);
+    if (place === null) return this.checkedObject(key, report);
+    if (item.place !== null) return this.checkedObject(key, report, item.place);
     // The note about scaling refers to an attempt of this page, so it is dropped.
     const notes = (report.notes ?? []).filter(({ code }) => code !== "placed");
-    return this.foundOf(key, { ...report, notes }, { ...place, scale: report.placed?.scale ?? place.scale });
+    return this.checkedObject(key, { ...report, notes }, { ...place, scale: report.placed?.scale ?? place.scale });
   }
   /** Setup of the last requested object. */
-  private placed: Record<string, unknown> = {};
+  private requestedSetup: Record<string, unknown> = {};
 
   /**
    * Result of a check for a wanted place. Lines that fill a shape have another middle than its
    * edges.
    */
-  private foundOf(key: string, report: Report, asked: Place | null = null): Found {
+  private checkedObject(key: string, report: Report, asked: Place | null = null): CheckedObject {
     const { placed, preview } = report;
     if (placed === undefined) return { key, report, place: null, sides: [0, 0], middle: [0, 0] };
-    const place = asked ?? { at: placed.at, scale: placed.scale, turn: unwound(turnOf(placed.turn)) };
-    return { key, report, place, ...boxOf(preview?.strokes ?? [], upright() + place.turn, place.at) };
+    const place = asked ?? { at: placed.at, scale: placed.scale, turn: normalizedTurn(turnOf(placed.turn)) };
+    return { key, report, place, ...boxOf(preview?.strokes ?? [], uprightRotation() + place.turn, place.at) };
   }
 
   /**
    * Returns an object as the station places it, and a place with more room for it; null if it lies
    * well there.
    */
-  private async natural(
+  private async placeAutomatically(
     item: Item,
     options: Record<string, unknown>,
-    others: readonly Found[],
+    others: readonly CheckedObject[],
   ): Promise<[Report, Place | null]> {
-    const setup = { ...options, ...this.placing(null, false) };
-    const report = await this.ask(item.source, setup);
-    this.placed = setup;
+    const setup = { ...options, ...this.placementOptions(null, false) };
+    const report = await this.requestReport(item.source, setup);
+    this.requestedSetup = setup;
     this.isFull.value = false;
     this.shrunk.value = null;
-    const { place, sides, middle } = this.foundOf("", report);
+    const { place, sides, middle } = this.checkedObject("", report);
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
     if (place === null || first === undefined) return [report, null];
@@ -579,11 +586,11 @@ export class Bench extends Shop {
     // for.
     if (["page", "move"].some((name) => options[name] !== undefined)) return [report, null];
     const isRepeated = options.grid !== undefined;
-    const room = await this.room(first.height, others);
+    const room = await this.freeRoom(first.height, others);
     const longest = Math.max(...sides);
     const isWritten = item.format === "text" && (item.values.size ?? "") !== "";
-    const fills = FILLS.includes(item.format) && !isWritten;
-    const most = (MOST[this.tool]?.[item.format] ?? Infinity) / longest;
+    const fills = FILLING_FORMATS.includes(item.format) && !isWritten;
+    const most = (MAX_SIDE[this.tool]?.[item.format] ?? Infinity) / longest;
     const isTaken = (frame = boundsOf(strokes.flatMap(({ points }) => points))) =>
       room.taken.some((one) => overlaps(one, frame));
     // On a measured sheet the page of a file coincides with the paper.
@@ -591,66 +598,68 @@ export class Bench extends Shop {
     if (!fills && isKept && !isTaken() && report.ok) return [report, null];
     // Upright along the arm's x and y. A turn that the station needed is kept.
     const turn = fills ? 0 : place.turn;
-    const [sin, cos] = [Math.sin, Math.cos].map((of) => Math.abs(of(((upright() + turn) * Math.PI) / 180))) as [
+    const [sin, cos] = [Math.sin, Math.cos].map((of) => Math.abs(of(((uprightRotation() + turn) * Math.PI) / 180))) as [
       number,
       number,
     ];
     const [along, across] = [sides[0] * cos + sides[1] * sin, sides[0] * sin + sides[1] * cos];
-    const least = Math.min(1, LEAST / longest);
+    const least = Math.min(1, MIN_SIZE / longest);
     const largest = fills && !isRepeated ? most : Math.min(1, most);
     const within = (of: Room) =>
       freeSpot(of, [along, across], isRepeated ? largest : Math.min(least, largest), largest);
     const blank = room.taken.length === 0 ? null : within({ ...room, taken: [] });
     let spot = within(room);
-    this.isFull.value = blank !== null && (spot === null || spot.scale < CROWDED * blank.scale);
+    this.isFull.value = blank !== null && (spot === null || spot.scale < FULL_SHEET_SHARE * blank.scale);
     spot ??= blank;
     if (spot === null) return [report, null];
-    if (!fills && spot.scale < SHRUNK * largest)
+    if (!fills && spot.scale < SHRINK_NOTE_SHARE * largest)
       this.shrunk.value = { id: item.id, from: sides[0], to: sides[0] * spot.scale };
-    const [mx, my] = turned([middle[0] * spot.scale, middle[1] * spot.scale], upright() + turn);
+    const [mx, my] = rotated([middle[0] * spot.scale, middle[1] * spot.scale], uprightRotation() + turn);
     const at: [number, number] = [spot.at[0] - mx, spot.at[1] - my];
-    return [report, tidy({ at, scale: spot.scale * place.scale, turn })];
+    return [report, roundedPlace({ at, scale: spot.scale * place.scale, turn })];
   }
 
-  protected override async asking(): Promise<Report | null> {
+  protected override async requestCheck(): Promise<Report | null> {
     const { items } = this.doc.now.value;
-    const mark = this.mark();
+    const mark = this.selectionKey();
     const mine = this.checks;
     const alone =
-      items.length > 1 && this.tool === "laser" ? items.find(({ format }) => ALONE.includes(format)) : undefined;
+      items.length > 1 && this.tool === "laser"
+        ? items.find(({ format }) => UNCOMBINABLE_FORMATS.includes(format))
+        : undefined;
     if (alone !== undefined) throw new RpcError(0, w("draw.alone", { name: alone.name }));
-    const found = new Map<number, Found>();
+    const found = new Map<number, CheckedObject>();
     if (items.every(({ place }) => place !== null)) this.isFull.value = false;
     for (const item of items) {
       const lying = items.flatMap(({ id }) =>
-        id === item.id ? [] : (found.get(id) ?? this.found.value.get(id) ?? []),
+        id === item.id ? [] : (found.get(id) ?? this.checkedObjects.value.get(id) ?? []),
       );
-      found.set(item.id, await this.resolve(item, lying));
+      found.set(item.id, await this.checkObject(item, lying));
       if (mine !== this.checks) return null;
     }
-    this.checkedMark = mark;
-    this.found.value = found;
+    this.checkedKey = mark;
+    this.checkedObjects.value = found;
     const [only] = items;
     const of = only === undefined ? undefined : found.get(only.id);
     if (!this.isComposed.value && only !== undefined && of !== undefined) {
-      this.job.value = { source: only.source, setup: this.placed };
+      this.job.value = { source: only.source, setup: this.requestedSetup };
       return of.report;
     }
-    return this.together(items, found);
+    return this.checkComposition(items, found);
   }
 
   /** Checks all objects as one drawing. */
-  private async together(items: readonly Item[], found: ReadonlyMap<number, Found>): Promise<Report> {
-    const inks = drawnOf(items).flatMap((item) => {
+  private async checkComposition(items: readonly Item[], found: ReadonlyMap<number, CheckedObject>): Promise<Report> {
+    const inks = drawnItems(items).flatMap((item) => {
       const report = found.get(item.id)?.report;
       const points = report?.preview?.strokes.reduce((sum, stroke) => sum + stroke.points.length, 0) ?? 0;
-      if (points > THINNED) throw new RpcError(0, w("draw.alone", { name: item.name }));
-      return report === undefined ? [] : inked(report, item.color);
+      if (points > MAX_PREVIEW_POINTS) throw new RpcError(0, w("draw.alone", { name: item.name }));
+      return report === undefined ? [] : linesByColor(report, item.color);
     });
-    const { text, at } = composed(inks);
-    if (text.length > LONGEST) throw new RpcError(0, w("draw.alone", { name: items.at(-1)?.name ?? "" }));
-    const all = (await optionsOf("svg")).filter((option) => this.isOpen(option.name) && !isOwn(option));
-    vouch(all, this.common.value);
+    const { text, at } = compose(inks);
+    if (text.length > MAX_TEXT_LENGTH) throw new RpcError(0, w("draw.alone", { name: items.at(-1)?.name ?? "" }));
+    const all = (await optionsOf("svg")).filter((option) => this.isSettable(option.name) && !isObjectOption(option));
+    requireValid(all, this.common.value);
     const colors = new Set(inks.map(({ color }) => color));
     const parts = colors.size > 1 ? { parts: "color", no_pause: this.common.value.no_pause !== "false" } : {};
     const setup = {
@@ -664,7 +673,7 @@ export class Bench extends Shop {
     };
     const source = { text, format: "svg" };
     this.job.value = { source, setup };
-    return this.ask(source, setup);
+    return this.requestReport(source, setup);
   }
 
   /** Lines that are drawn now, for the memory of the paper. */

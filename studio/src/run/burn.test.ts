@@ -9,12 +9,12 @@ vi.mock("../session", () => ({
     asked.push(method);
     return { job: "new" };
   },
-  notified: new Set(),
-  shown: () => ({ arm: "arm" }),
-  leaveWith: () => {},
+  notificationListeners: new Set(),
+  shownArm: () => ({ arm: "arm" }),
+  sendOnClose: () => {},
 }));
 const store = await import("../store");
-const { isArmed, jobBurns, jobFrames, keep, mayBurn } = await import("./burn");
+const { isArmed, jobBurns, jobFrames, rememberJob: keep, mayBurn } = await import("./burn");
 const jobs = await import("./jobs");
 
 const job = (id: string) => ({ job: id, title: null, state: "stopped", holder: null }) as unknown as Job;
@@ -40,14 +40,14 @@ beforeEach(() => {
   store.arms.value = [{ name: "arm", virtual: true, holder: { session: "me" } }] as unknown as ArmEntry[];
 });
 
-test("what says its tool burns by that, what does not by the tool of the arm, and a frame never", () => {
+test("a setup burns by its tool, else by the tool of the arm, and a frame never does", () => {
   mounted("laser");
   expect(SETUPS.map(mayBurn)).toEqual([true, true, true, false, true, false]);
   mounted("pen");
   expect(SETUPS.map(mayBurn)).toEqual([false, false, false, false, true, false]);
 });
 
-test("whatever a job is, and whatever tool the arm has: none begins or goes on that burns while the laser is not armed", async () => {
+test("no burning job starts or resumes while the laser is not armed", async () => {
   for (const tool of ["laser", "pen", "none"]) {
     mounted(tool);
     for (const armed of [false, true]) {
@@ -69,7 +69,7 @@ test("whatever a job is, and whatever tool the arm has: none begins or goes on t
   }
 });
 
-test("a job that only goes round is known as one, here and after it has ended", () => {
+test("a job that only traces the outline is known as a frame, also after its end", () => {
   keep("round", { tool: "laser", frame: "box" });
   keep("burnt", { tool: "laser" });
   expect([jobFrames(job("round")), jobFrames(job("burnt")), jobFrames(job("unknown"))]).toEqual([true, false, false]);
@@ -82,7 +82,7 @@ test("a job of another page burns where the arm has a laser", () => {
   expect(jobBurns(job("unknown"))).toBe(false);
 });
 
-test("jobs begin and go on in one place: the other two ask by themselves, or run what does not burn", () => {
+test("jobs are started and resumed in one module, except by two that check the laser or burn nothing", () => {
   const sources = import.meta.glob("../**/*.{ts,tsx}", { query: "?raw", import: "default", eager: true });
   const doors = Object.entries(sources as Record<string, string>)
     .filter(([name, text]) => !/test\.ts$/.test(name) && /call\(\s*"job\.(start|resume)"/.test(text))
@@ -90,7 +90,7 @@ test("jobs begin and go on in one place: the other two ask by themselves, or run
   expect(doors.toSorted()).toEqual(["../panels/first.tsx", "../site.ts", "./jobs.ts"]);
 });
 
-test("a frozen arm is no arm that moves, for a pupil at every button", () => {
+test("every button is disabled for a pupil while the arm is frozen", () => {
   mounted("pen");
   store.role.value = "student";
   expect(store.why.value).toBe(null);
@@ -101,18 +101,18 @@ test("a frozen arm is no arm that moves, for a pupil at every button", () => {
   store.isFrozen.value = false;
 });
 
-test("what was said of an arm out of reach, or frozen, goes when it can be moved", () => {
+test("notices about an unreachable or frozen arm disappear once it can be moved", () => {
   for (const held of [store.isFrozen, store.socket] as const) {
     if (held === store.socket) held.value = "lost";
     else store.isFrozen.value = true;
-    store.say("refused", true);
+    store.notify("refused", true);
     store.isFrozen.value = false;
     store.socket.value = "up";
     expect(store.notice.value).toBe(null);
   }
 });
 
-test("a pupil is asked before what another one began goes on, and not about what is one's own", async () => {
+test("resuming another pupil's job needs confirmation, resuming one's own does not", async () => {
   mounted("pen");
   store.pupil.value = "Ben";
   const of = (name: string) => ({ ...job("theirs"), holder: { session: "other", name } }) as Job;

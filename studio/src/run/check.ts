@@ -1,13 +1,13 @@
 // Workshop of the open route, as its panels use it.
 import { computed, type ReadonlySignal, signal } from "@preact/signals";
-import { RunShop, type Shop } from "./shop";
+import { RunWorkshop, type Workshop } from "./workshop";
 
-export const run = new RunShop();
+export const runWorkshop = new RunWorkshop();
 /** Workshop of the open route. */
-export const shop = signal<Shop>(run);
+export const openWorkshop = signal<Workshop>(runWorkshop);
 
 type Inner<T> = T extends ReadonlySignal<infer V> ? V : never;
-const of = <
+const fromWorkshop = <
   K extends
     | "chosen"
     | "selected"
@@ -17,28 +17,28 @@ const of = <
     | "report"
     | "problem"
     | "isChecking"
-    | "isShown"
-    | "asked"
+    | "isPreviewed"
+    | "shownOptions"
     | "setup",
 >(
   name: K,
-) => computed(() => shop.value[name].value as Inner<Shop[K]>);
+) => computed(() => openWorkshop.value[name].value as Inner<Workshop[K]>);
 
-export const chosen = of("chosen");
-export const selected = of("selected");
-export const entry = of("entry");
-export const values = of("values");
-export const options = of("options");
-export const report = of("report");
+export const chosen = fromWorkshop("chosen");
+export const selected = fromWorkshop("selected");
+export const entry = fromWorkshop("entry");
+export const values = fromWorkshop("values");
+export const options = fromWorkshop("options");
+export const report = fromWorkshop("report");
 /** Problem that prevents a check, or null. */
-export const problem = of("problem");
-export const isChecking = of("isChecking");
-export const isShown = of("isShown");
-export const asked = of("asked");
-export const setup = of("setup");
+export const problem = fromWorkshop("problem");
+export const isChecking = fromWorkshop("isChecking");
+export const isPreviewed = fromWorkshop("isPreviewed");
+export const shownOptions = fromWorkshop("shownOptions");
+export const setup = fromWorkshop("setup");
 
 // biome-ignore lint/suspicious/noShadowRestrictedNames: nobody calls the one of objects
-export const valueOf = (name: string): string => shop.value.valueOf(name);
-export const setValue = (name: string, to: string): void => shop.value.setValue(name, to);
-export const check = (): Promise<boolean> => shop.value.check();
-export const openFiles = (files: Iterable<File>): Promise<void> => shop.value.openFiles(files);
+export const valueOf = (name: string): string => openWorkshop.value.valueOf(name);
+export const setValue = (name: string, to: string): void => openWorkshop.value.setValue(name, to);
+export const check = (): Promise<boolean> => openWorkshop.value.check();
+export const openFiles = (files: Iterable<File>): Promise<void> => openWorkshop.value.openFiles(files);

@@ -1,23 +1,23 @@
 // Detects filled shapes in a drawing: the pen outlines them unless filling is selected.
 
-const SHAPES = ["path", "rect", "circle", "ellipse", "polygon"];
+const SHAPE_ELEMENTS = ["path", "rect", "circle", "ellipse", "polygon"];
 /** Elements whose content is not drawn directly. */
-const HIDDEN = ["defs", "clipPath", "mask", "symbol", "pattern", "marker", "filter"];
-const UNSEEN = /^(?:none|transparent|white|#fff(?:fff)?|rgba\(.*,\s*0\))$/i;
+const HIDDEN_ELEMENTS = ["defs", "clipPath", "mask", "symbol", "pattern", "marker", "filter"];
+const INVISIBLE_FILL = /^(?:none|transparent|white|#fff(?:fff)?|rgba\(.*,\s*0\))$/i;
 
 const attribute = (of: string, name: string): string | undefined =>
   new RegExp(`(?:^|\\s)${name}\\s*=\\s*(?:"([^"]*)"|'([^']*)')`)
     .exec(of)
     ?.slice(1)
     .find((value) => value !== undefined);
-const fillIn = (style: string): string | undefined => /(?:^|[;{\s])fill\s*:\s*([^;}]+)/.exec(style)?.[1]?.trim();
+const fillOfStyle = (style: string): string | undefined => /(?:^|[;{\s])fill\s*:\s*([^;}]+)/.exec(style)?.[1]?.trim();
 
 /** Fills that style sheets assign to classes and elements. */
-function rules(svg: string): Map<string, string> {
+function styleFills(svg: string): Map<string, string> {
   const found = new Map<string, string>();
   for (const [, sheet = ""] of svg.matchAll(/<style[^>]*>([\s\S]*?)<\/style>/g)) {
     for (const [, selectors = "", body = ""] of sheet.matchAll(/([^{}]+)\{([^}]*)\}/g)) {
-      const fill = fillIn(body);
+      const fill = fillOfStyle(body);
       if (fill !== undefined) for (const one of selectors.split(",")) found.set(one.trim(), fill);
     }
   }
@@ -26,7 +26,7 @@ function rules(svg: string): Map<string, string> {
 
 /** True if a shape of this SVG is filled with anything but white. */
 export function hasFills(svg: string): boolean {
-  const styles = rules(svg);
+  const styles = styleFills(svg);
   const plain = svg.replace(/<!--[\s\S]*?-->|<style[\s\S]*?<\/style>|<!\[CDATA\[[\s\S]*?\]\]>/g, "");
   const open: Array<{ fill: string; hidden: boolean }> = [{ fill: "black", hidden: false }];
   for (const [, end, tag = "", attributes = "", alone] of plain.matchAll(
@@ -39,13 +39,14 @@ export function hasFills(svg: string): boolean {
     const outer = open.at(-1) ?? { fill: "black", hidden: false };
     const classes = (attribute(attributes, "class") ?? "").split(/\s+/).map((name) => styles.get(`.${name}`));
     const fill =
-      fillIn(attribute(attributes, "style") ?? "") ??
+      fillOfStyle(attribute(attributes, "style") ?? "") ??
       classes.findLast((one) => one !== undefined) ??
       styles.get(tag) ??
       attribute(attributes, "fill") ??
       outer.fill;
-    const hidden = outer.hidden || HIDDEN.includes(tag) || attribute(attributes, "display") === "none";
-    if (!hidden && SHAPES.includes(tag) && !UNSEEN.test(fill.trim()) && isArea(tag, attributes)) return true;
+    const hidden = outer.hidden || HIDDEN_ELEMENTS.includes(tag) || attribute(attributes, "display") === "none";
+    if (!hidden && SHAPE_ELEMENTS.includes(tag) && !INVISIBLE_FILL.test(fill.trim()) && isArea(tag, attributes))
+      return true;
     if (alone !== "/") open.push({ fill, hidden });
   }
   return false;

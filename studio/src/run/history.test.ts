@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { History } from "./history";
 
-test("what is undone can be redone, until something else is done", () => {
+test("an undone step can be redone until the next change", () => {
   const history = new History(0);
   history.commit(1);
   history.commit(2);
@@ -20,7 +20,7 @@ test("what is undone can be redone, until something else is done", () => {
   expect(history.now.value).toBe(0);
 });
 
-test("the letters of a text are undone together, those after a pause by themselves", () => {
+test("the letters of a text are undone together, those after a seal separately", () => {
   const history = new History("");
   history.commit("a", "text");
   history.commit("ab", "text");
@@ -32,7 +32,7 @@ test("the letters of a text are undone together, those after a pause by themselv
   expect(history.now.value).toBe("");
 });
 
-test("what no person has done is no step", () => {
+test("changes not made by the user are no undo steps", () => {
   const history = new History(0);
   history.amend(5);
   expect(history.canUndo.value).toBe(false);

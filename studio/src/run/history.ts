@@ -2,7 +2,7 @@
 import { computed, signal } from "@preact/signals";
 
 /** Largest number of undo steps. */
-const MOST = 100;
+const MAX_STEPS = 100;
 
 export class History<T> {
   readonly now;
@@ -21,7 +21,7 @@ export class History<T> {
    * together.
    */
   commit(next: T, key: string | null = null): void {
-    if (key === null || key !== this.key) this.past.value = [...this.past.value, this.now.value].slice(-MOST);
+    if (key === null || key !== this.key) this.past.value = [...this.past.value, this.now.value].slice(-MAX_STEPS);
     this.key = key;
     this.future.value = [];
     this.now.value = next;

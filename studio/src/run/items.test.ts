@@ -1,20 +1,20 @@
 import { expect, test } from "vitest";
 import type { Report } from "../api";
 import {
-  bounded,
   boxOf,
-  changed,
-  composed,
+  clampedPlace,
+  compose,
   type Doc,
-  drawnOf,
+  drawnItems,
   type Item,
-  inked,
   isSame,
-  moved,
+  linesByColor,
   partRows,
-  ticked,
-  tidy,
-  without,
+  roundedPlace,
+  withChange,
+  withMovedItem,
+  withoutItem,
+  withPartDrawn,
 } from "./items";
 import { SHAPES, svgOf } from "./shapes";
 
@@ -31,15 +31,15 @@ const doc: Doc = { items: [1, 2, 3].map(item), chosen: 2 };
 const ids = ({ items }: Doc) => items.map(({ id }) => id);
 
 test("an object is changed, removed and drawn earlier without touching the others", () => {
-  expect(changed(doc, 2, { color: "#ff0000" }).items.map(({ color }) => color)).toEqual([null, "#ff0000", null]);
-  expect(without(doc, 2)).toMatchObject({ chosen: 3 });
-  expect(without(without(without(doc, 1), 2), 3)).toEqual({ items: [], chosen: null });
-  expect(ids(moved(doc, 3, -1))).toEqual([1, 3, 2]);
-  expect(moved(doc, 1, -1)).toBe(doc);
+  expect(withChange(doc, 2, { color: "#ff0000" }).items.map(({ color }) => color)).toEqual([null, "#ff0000", null]);
+  expect(withoutItem(doc, 2)).toMatchObject({ chosen: 3 });
+  expect(withoutItem(withoutItem(withoutItem(doc, 1), 2), 3)).toEqual({ items: [], chosen: null });
+  expect(ids(withMovedItem(doc, 3, -1))).toEqual([1, 3, 2]);
+  expect(withMovedItem(doc, 1, -1)).toBe(doc);
 });
 
-test("a place is said as near as the station answers it", () => {
-  const place = tidy({ at: [200.123, 0.004], scale: 1.23456789, turn: 450 });
+test("a place has the precision of the station", () => {
+  const place = roundedPlace({ at: [200.123, 0.004], scale: 1.23456789, turn: 450 });
   expect(place).toEqual({ at: [200.12, 0], scale: 1.23457, turn: 90 });
   expect(isSame(place, { at: [200.1, 0], scale: 1.2345, turn: 450 })).toBe(true);
   expect(isSame(place, { at: [201, 0], scale: 1.2345, turn: 90 })).toBe(false);
@@ -70,8 +70,8 @@ test("an upright drawing is as wide as it is along the arm's y", () => {
   expect(middle[1]).toBeCloseTo(5);
 });
 
-test("a drawing of all objects lies in true size where they lie", () => {
-  const { text, at } = composed([
+test("a composition has the true size and place of its objects", () => {
+  const { text, at } = compose([
     {
       color: "#c81e1e",
       strokes: [
@@ -90,7 +90,7 @@ test("a drawing of all objects lies in true size where they lie", () => {
   expect(text).toContain('d="M10 40h0.01"');
 });
 
-test("the pen of an object goes before the colours of its parts", () => {
+test("the pen of an object overrides the colours of its parts", () => {
   const report = {
     parts: [{ n: 1, color: "#0030b0" }],
     preview: {
@@ -110,22 +110,22 @@ test("the pen of an object goes before the colours of its parts", () => {
       travels: [],
     },
   } as unknown as Report;
-  expect(inked(report, null).map(({ color }) => color)).toEqual(["#0030b0", "#000000"]);
-  expect(inked(report, "#15803d").map(({ color }) => color)).toEqual(["#15803d"]);
+  expect(linesByColor(report, null).map(({ color }) => color)).toEqual(["#0030b0", "#000000"]);
+  expect(linesByColor(report, "#15803d").map(({ color }) => color)).toEqual(["#15803d"]);
 });
 
 test("every shape is a drawing in millimetres", () => {
   for (const shape of SHAPES) expect(svgOf(shape)).toMatch(/width="50mm" height="50mm".*<path d="M[\d.]/);
 });
 
-test("an object can be made neither too small to be seen nor too large to be taken hold of", () => {
+test("the size of an object is clamped between visible and draggable", () => {
   const place = { at: [200, 0] as [number, number], scale: 1, turn: 0 };
-  expect(bounded({ ...place, scale: 1e-30 }, 100).scale * 100).toBeCloseTo(0.5);
-  expect(bounded({ ...place, scale: 1e28 }, 100).scale * 100).toBeCloseTo(2000);
-  expect(bounded({ ...place, scale: 0 }, 0).scale).toBeGreaterThan(0);
-  expect(bounded({ ...place, scale: -1 }, 100).scale).toBeGreaterThan(0);
-  expect(bounded({ ...place, at: [1e308, -1e308] }, 100).at).toEqual([2000, -2000]);
-  expect(bounded(place, 100)).toEqual(place);
+  expect(clampedPlace({ ...place, scale: 1e-30 }, 100).scale * 100).toBeCloseTo(0.5);
+  expect(clampedPlace({ ...place, scale: 1e28 }, 100).scale * 100).toBeCloseTo(2000);
+  expect(clampedPlace({ ...place, scale: 0 }, 0).scale).toBeGreaterThan(0);
+  expect(clampedPlace({ ...place, scale: -1 }, 100).scale).toBeGreaterThan(0);
+  expect(clampedPlace({ ...place, at: [1e308, -1e308] }, 100).at).toEqual([2000, -2000]);
+  expect(clampedPlace(place, 100)).toEqual(place);
 });
 
 const RED = { n: 1, name: null, color: "#d00000", strokes: 1, drawn_mm: 120, seconds: 10, skipped: false };
@@ -135,11 +135,11 @@ const two = (id: number): Item => ({ ...item(id), format: "svg" });
 const drawn = (doc: Doc, found: Parameters<typeof partRows>[1], together: Report | null) =>
   partRows(doc.items, found, together).map(({ color, isDrawn }) => [color, isDrawn]);
 
-test("which colours are drawn belongs to the object: a copy has it, and a text beside it changes nothing", () => {
+test("the drawn colours belong to the object: a copy has them, and another object does not change them", () => {
   const found = new Map([1, 2].map((id) => [id, reportOf([RED, BLUE])] as const));
   const alone: Doc = { items: [two(1)], chosen: 1 };
   const [red] = partRows(alone.items, found, null);
-  const without = ticked(alone, found, red as never, false, false);
+  const without = withPartDrawn(alone, found, red as never, false, false);
   expect(without.items[0]?.values).toEqual({ only: "2" });
   expect(drawn(without, found, null)).toEqual([
     ["#d00000", false],
@@ -153,7 +153,7 @@ test("which colours are drawn belongs to the object: a copy has it, and a text b
     ["#2040ff", true],
   ]);
   const [again] = partRows(copied.items, found, all);
-  expect(ticked(copied, found, again as never, true, true).items.map(({ values }) => values.only)).toEqual([
+  expect(withPartDrawn(copied, found, again as never, true, true).items.map(({ values }) => values.only)).toEqual([
     undefined,
     undefined,
   ]);
@@ -166,20 +166,20 @@ test("which colours are drawn belongs to the object: a copy has it, and a text b
     ["#000000", true],
   ]);
   const black = partRows(texted.items, found, all)[2];
-  const noText = ticked(texted, found, black as never, false, true);
-  expect(drawnOf(noText.items).map(({ id }) => id)).toEqual([1]);
+  const noText = withPartDrawn(texted, found, black as never, false, true);
+  expect(drawnItems(noText.items).map(({ id }) => id)).toEqual([1]);
   expect(drawn(noText, found, all).at(-1)).toEqual(["#000000", false]);
 });
 
-test("an object of which no colour is left is not drawn, and comes back with the colour that is ticked", () => {
+test("an object without drawn colours is not drawn, and is drawn again once a colour is ticked", () => {
   const found = new Map([1, 2].map((id) => [id, reportOf([RED])] as const));
   const doc: Doc = { items: [two(1), { ...two(2), color: "#15803d" }], chosen: 1 };
   const all = reportOf([RED]).report;
   const [red] = partRows(doc.items, found, all);
-  const without = ticked(doc, found, red as never, false, true);
+  const without = withPartDrawn(doc, found, red as never, false, true);
   expect(without.items.map(({ isOff }) => isOff === true)).toEqual([true, false]);
   const [off] = partRows(without.items, found, all);
-  expect(drawnOf(ticked(without, found, off as never, true, true).items)).toHaveLength(2);
+  expect(drawnItems(withPartDrawn(without, found, off as never, true, true).items)).toHaveLength(2);
   // A choice of no colour counts as all colours.
-  expect(drawnOf(doc.items.map((one) => ({ ...one, isOff: true })))).toHaveLength(2);
+  expect(drawnItems(doc.items.map((one) => ({ ...one, isOff: true })))).toHaveLength(2);
 });

@@ -2,7 +2,7 @@
 import type { Report } from "../api";
 import { boundsOf, type Points } from "../view/flat";
 import type { Shape } from "./shapes";
-import type { Source, Values } from "./shop";
+import type { Source, Values } from "./workshop";
 
 export interface Place {
   at: [x: number, y: number];
@@ -38,18 +38,18 @@ export interface Doc {
   chosen: number | null;
 }
 
-export const chosenOf = ({ items, chosen }: Doc): Item | null => items.find(({ id }) => id === chosen) ?? null;
-export const changed = (doc: Doc, id: number, by: Partial<Item>): Doc => ({
+export const selectedItem = ({ items, chosen }: Doc): Item | null => items.find(({ id }) => id === chosen) ?? null;
+export const withChange = (doc: Doc, id: number, by: Partial<Item>): Doc => ({
   ...doc,
   items: doc.items.map((item) => (item.id === id ? { ...item, ...by } : item)),
 });
-export const without = (doc: Doc, id: number): Doc => {
+export const withoutItem = (doc: Doc, id: number): Doc => {
   const at = doc.items.findIndex((item) => item.id === id);
   const items = doc.items.filter((item) => item.id !== id);
   return { items, chosen: (items[Math.min(at, items.length - 1)] ?? null)?.id ?? null };
 };
 /** Moves an object by this many places in the drawing order. */
-export const moved = (doc: Doc, id: number, by: number): Doc => {
+export const withMovedItem = (doc: Doc, id: number, by: number): Doc => {
   const from = doc.items.findIndex((item) => item.id === id);
   const to = from + by;
   const item = doc.items[from];
@@ -58,50 +58,50 @@ export const moved = (doc: Doc, id: number, by: number): Doc => {
 };
 
 /** Option groups that belong to an object instead of the job. */
-const OWN = ["fill", "text", "image"];
+const OBJECT_GROUPS = ["fill", "text", "image"];
 /** Options that divide an object into parts and select them. */
-const PARTS = ["only", "parts"];
-export const isOwn = ({ group, name }: { group: string; name: string }): boolean =>
-  OWN.includes(group) || PARTS.includes(name);
+const PART_OPTIONS = ["only", "parts"];
+export const isObjectOption = ({ group, name }: { group: string; name: string }): boolean =>
+  OBJECT_GROUPS.includes(group) || PART_OPTIONS.includes(name);
 /** Options tied to one object; `styleOf` returns the options for any object of its kind. */
 export const partsOf = (values: Values): Values =>
-  Object.fromEntries(Object.entries(values).filter(([name]) => PARTS.includes(name)));
+  Object.fromEntries(Object.entries(values).filter(([name]) => PART_OPTIONS.includes(name)));
 export const styleOf = (values: Values): Values =>
-  Object.fromEntries(Object.entries(values).filter(([name]) => !PARTS.includes(name) && name !== "crop"));
+  Object.fromEntries(Object.entries(values).filter(([name]) => !PART_OPTIONS.includes(name) && name !== "crop"));
 
 /** Objects to draw; all if all are switched off. */
-export const drawnOf = (items: readonly Item[]): readonly Item[] => {
+export const drawnItems = (items: readonly Item[]): readonly Item[] => {
   const on = items.filter(({ isOff }) => isOff !== true);
   return on.length > 0 ? on : items;
 };
 
 const rounded = (value: number, digits: number) => Math.round(value * 10 ** digits) / 10 ** digits;
 /** Equivalent rotation closest to 0. */
-export const unwound = (turn: number): number => turn - 360 * Math.round(turn / 360);
+export const normalizedTurn = (turn: number): number => turn - 360 * Math.round(turn / 360);
 /** Place with the precision that is sent to the station. */
-export const tidy = ({ at, scale, turn }: Place): Place => ({
+export const roundedPlace = ({ at, scale, turn }: Place): Place => ({
   at: [rounded(at[0], 2), rounded(at[1], 2)],
   scale: Number(scale.toPrecision(6)),
-  turn: rounded(unwound(turn), 2),
+  turn: rounded(normalizedTurn(turn), 2),
 });
 /** The longer side of an object is between these, and its place no farther from the arm than that, mm. */
-const [SMALLEST, LARGEST, FARTHEST] = [0.5, 2000, 2000];
+const [MIN_SIDE, MAX_SIDE, MAX_DISTANCE] = [0.5, 2000, 2000];
 /** Without a size the scale is within these. */
-const SCALES = [1e-3, 1e3] as const;
-const between = (value: number, [least, most]: readonly [number, number]) => Math.min(most, Math.max(least, value));
+const SCALE_RANGE = [1e-3, 1e3] as const;
+const clamp = (value: number, [least, most]: readonly [number, number]) => Math.min(most, Math.max(least, value));
 /** A place where an object can still be seen, taken hold of and made another size; `longest` is its longer side at the scale 1, mm. */
-export function bounded({ at, scale, turn }: Place, longest: number): Place {
-  const far = (value: number) => between(value, [-FARTHEST, FARTHEST]);
-  const scales = longest > 0 ? ([SMALLEST / longest, LARGEST / longest] as const) : SCALES;
-  return { at: [far(at[0]), far(at[1])], scale: between(scale, scales), turn };
+export function clampedPlace({ at, scale, turn }: Place, longest: number): Place {
+  const far = (value: number) => clamp(value, [-MAX_DISTANCE, MAX_DISTANCE]);
+  const scales = longest > 0 ? ([MIN_SIDE / longest, MAX_SIDE / longest] as const) : SCALE_RANGE;
+  return { at: [far(at[0]), far(at[1])], scale: clamp(scale, scales), turn };
 }
 /** True if two places are equal within the station's rounding. */
 export const isSame = (one: Place, other: Place): boolean =>
   Math.hypot(one.at[0] - other.at[0], one.at[1] - other.at[1]) < 0.05 &&
   Math.abs(one.scale / other.scale - 1) < 0.005 &&
-  Math.abs(unwound(one.turn - other.turn)) < 0.05;
+  Math.abs(normalizedTurn(one.turn - other.turn)) < 0.05;
 
-export function turned([x, y]: readonly number[], degrees: number): [number, number] {
+export function rotated([x, y]: readonly number[], degrees: number): [number, number] {
   const [cos, sin] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
   return [(x ?? 0) * cos - (y ?? 0) * sin, (x ?? 0) * sin + (y ?? 0) * cos];
 }
@@ -112,18 +112,18 @@ type Stroke = NonNullable<Report["preview"]>["strokes"][number];
  */
 export function boxOf(strokes: readonly Stroke[], angle: number, [x, y]: Point): { sides: Point; middle: Point } {
   const box = boundsOf(
-    strokes.flatMap(({ points }) => points.map(([px = 0, py = 0]) => turned([px - x, py - y], -angle))),
+    strokes.flatMap(({ points }) => points.map(([px = 0, py = 0]) => rotated([px - x, py - y], -angle))),
   );
   return { sides: [box.width, box.height], middle: [box.x + box.width / 2, box.y + box.height / 2] };
 }
 
 /** Lines of one colour, in the arm's coordinates. */
-export interface Inked {
+export interface ColorLines {
   color: string;
   strokes: readonly Points[];
 }
 /** Lines of an object by colour: that of its pen, otherwise those of its parts. */
-export function inked({ parts, preview }: Report, color: string | null): Inked[] {
+export function linesByColor({ parts, preview }: Report, color: string | null): ColorLines[] {
   const colors = new Map(parts.map((part) => [part.n, part.color]));
   const all = new Map<string, Points[]>();
   for (const { part, points } of preview?.strokes ?? []) {
@@ -150,7 +150,7 @@ const isDrawn = (item: Item, { n, skipped }: Report["parts"][number]): boolean =
 
 /** The parts of what lies on the sheet, drawn or not; `together` is the check of all objects as one drawing, null of a single one. */
 export function partRows(items: readonly Item[], found: Reports, together: Report | null): PartRow[] {
-  const drawn = drawnOf(items);
+  const drawn = drawnItems(items);
   const single = items.flatMap((item): PartRow[] => {
     const parts = found.get(item.id)?.report.parts ?? [];
     const isOn = drawn.includes(item);
@@ -193,8 +193,8 @@ export function partRows(items: readonly Item[], found: Reports, together: Repor
 }
 
 /** A part is drawn, or is not, of each object that has it. */
-export function ticked(doc: Doc, found: Reports, row: PartRow, is: boolean, isComposed: boolean): Doc {
-  const drawn = drawnOf(doc.items);
+export function withPartDrawn(doc: Doc, found: Reports, row: PartRow, is: boolean, isComposed: boolean): Doc {
+  const drawn = drawnItems(doc.items);
   const items = doc.items.map((item) => {
     const mine = row.of.filter(({ id }) => id === item.id).map(({ n }) => n);
     if (mine.length === 0) return item;
@@ -214,7 +214,7 @@ export function ticked(doc: Doc, found: Reports, row: PartRow, is: boolean, isCo
 }
 
 /** Composes lines in the arm's coordinates into one drawing in mm. Returns it with its middle. */
-export function composed(inks: readonly Inked[]): { text: string; at: [number, number] } {
+export function compose(inks: readonly ColorLines[]): { text: string; at: [number, number] } {
   const { x, y, width, height } = boundsOf(inks.flatMap(({ strokes }) => strokes.flat()));
   const short = (value: number) => String(rounded(value, 2));
   const data = (points: Points) => {

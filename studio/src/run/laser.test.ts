@@ -4,9 +4,9 @@ import type { ArmEntry } from "../store";
 
 vi.mock("../session", () => ({
   call: async () => ({ options: [] }),
-  notified: new Set(),
-  shown: () => ({ arm: "arm" }),
-  leaveWith: () => {},
+  notificationListeners: new Set(),
+  shownArm: () => ({ arm: "arm" }),
+  sendOnClose: () => {},
 }));
 const store = await import("../store");
 const { isArmed } = await import("./burn");
@@ -22,10 +22,10 @@ beforeEach(() => {
   store.armName.value = "arm";
   store.arms.value = [{ name: "arm", virtual: true, holder: { session: "me" } }] as unknown as ArmEntry[];
   store.state.value = { link: "up", arm: "arm", tool: { name: "laser", laser: false } } as unknown as State;
-  check.shop.value = bench;
+  check.openWorkshop.value = bench;
 });
 
-test("the laser is armed for what was seen, and not for another drawing or power", () => {
+test("arming the laser is for the shown drawing and power alone", () => {
   const end = watchArmed();
   const changes = [
     () => bench.addText("Hello"),
@@ -33,14 +33,14 @@ test("the laser is armed for what was seen, and not for another drawing or power
     () => bench.setValue("power", "90"),
     () => bench.color(1, "#ff0000"),
     () => bench.undo(),
-    () => void (check.shop.value = check.run),
+    () => void (check.openWorkshop.value = check.runWorkshop),
   ];
   for (const change of changes) {
     isArmed.value = true;
     change();
     expect(isArmed.value).toBe(false);
   }
-  check.shop.value = bench;
+  check.openWorkshop.value = bench;
   isArmed.value = true;
   bench.choose(null);
   expect(isArmed.value).toBe(true);

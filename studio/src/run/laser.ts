@@ -1,18 +1,18 @@
 // Arming of the laser, and when it expires.
 import { effect } from "@preact/signals";
-import { leaveWith } from "../session";
+import { sendOnClose } from "../session";
 import * as store from "../store";
 import { isArmed } from "./burn";
 import * as check from "./check";
 import { busy, job } from "./jobs";
 
 /** Job that burns because it was armed here. It must not outlive the page. */
-let burning: string | null = null;
+let burningJob: string | null = null;
 effect(() => {
-  if (isArmed.value && busy.value) burning = job.value?.job ?? null;
+  if (isArmed.value && busy.value) burningJob = job.value?.job ?? null;
 });
 addEventListener("pagehide", () => {
-  if (burning !== null && store.isBusy.value) leaveWith({ method: "job.stop", params: { job: burning } });
+  if (burningJob !== null && store.isBusy.value) sendOnClose({ method: "job.stop", params: { job: burningJob } });
 });
 
 /**
@@ -23,7 +23,7 @@ export function watchArmed(): () => void {
   const disarm = () => (isArmed.value = false);
   let [before, wasBusy] = ["", false];
   const end = effect(() => {
-    const now = `${store.session.value} ${store.armName.value} ${store.route.value} ${check.shop.value.mark()}`;
+    const now = `${store.session.value} ${store.armName.value} ${store.route.value} ${check.openWorkshop.value.selectionKey()}`;
     const holds = store.isUp.value && store.lease.value === "mine";
     if (!holds || now !== before || (wasBusy && !busy.value)) disarm();
     [before, wasBusy] = [now, busy.value];

@@ -1,30 +1,30 @@
 // Paper: its place, and what was drawn on it since it was laid there.
 import { signal } from "@preact/signals";
-import { complain } from "../actions";
+import { reportError } from "../actions";
 import type { Report } from "../api";
-import { call, shown } from "../session";
+import { call, shownArm } from "../session";
 import * as store from "../store";
 import { until } from "../until";
 import { type Frame, type Points, UPRIGHT } from "../view/flat";
-import { drawn, look, world } from "../view/seen";
+import { drawn, readWorld, world } from "../view/world";
 import * as jobs from "./jobs";
 import { clusters } from "./room";
 import { sheet } from "./surface";
 
 /** No pen reaches farther down than its tip, mm. */
-const TOUCHES = 1;
+const TOUCH_TOLERANCE = 1;
 
 /** Lines that jobs of this page have left on the paper of real arms, by arm. */
-const left = signal<ReadonlyMap<string, ReadonlyArray<{ points: Points; burnt: boolean }>>>(new Map());
+const drawnByJobs = signal<ReadonlyMap<string, ReadonlyArray<{ points: Points; burnt: boolean }>>>(new Map());
 
-const arm = () => store.armName.value ?? "";
+const shownArmName = () => store.armName.value ?? "";
 const isVirtual = () => store.arm.value?.virtual === true;
 
 /**
  * Rotation of an upright drawing, degrees from the arm's x: for the reader of a measured sheet,
  * otherwise for the reader in front.
  */
-export const upright = (): number => sheet.value?.rotation ?? UPRIGHT;
+export const uprightRotation = (): number => sheet.value?.rotation ?? UPRIGHT;
 /**
  * Converts between the option `rotate` and the page's rotation, in which 0 is upright. A measured
  * sheet has its own rotation.
@@ -49,63 +49,63 @@ export function corners(): Points | null {
 
 /** Lines on the paper. */
 export const strokes = (): ReadonlyArray<{ points: Points; burnt: boolean }> =>
-  isVirtual() ? drawn.value.strokes : (left.value.get(arm()) ?? []);
-export const taken = (): Frame[] => clusters(strokes().map(({ points }) => points));
+  isVirtual() ? drawn.value.strokes : (drawnByJobs.value.get(shownArmName()) ?? []);
+export const occupiedFrames = (): Frame[] => clusters(strokes().map(({ points }) => points));
 export const isBlank = (): boolean => strokes().length === 0;
 
 /** Adds lines of a job to the paper of a real arm. */
-function leave(name: string, lines: readonly Points[], burnt: boolean): void {
+function addLines(name: string, lines: readonly Points[], burnt: boolean): void {
   const more = lines.map((points) => ({ points, burnt }));
-  left.value = new Map(left.peek()).set(name, [...(left.peek().get(name) ?? []), ...more]);
+  drawnByJobs.value = new Map(drawnByJobs.peek()).set(name, [...(drawnByJobs.peek().get(name) ?? []), ...more]);
 }
 
 /** Remembers what a job of this page draws, once it is done. */
-export async function follows(
+export async function recordWhenDone(
   bench: { report: { peek(): Report | null }; tool: string },
   started: Promise<string | null>,
 ): Promise<void> {
   const id = await started;
-  const [report, name] = [bench.report.peek(), arm()];
+  const [report, name] = [bench.report.peek(), shownArmName()];
   if (id === null || report === null || isVirtual()) return;
   const lines = (report.preview?.strokes ?? []).map(({ points }) => points);
   const job = () => jobs.jobs.value.find((one) => one.job === id);
   await until(() => {
     const now = job();
-    return now !== undefined && !jobs.isUnderWay(now) && now.state !== "queued";
+    return now !== undefined && !jobs.isActive(now) && now.state !== "queued";
   });
-  if (job()?.state !== "failed") leave(name, lines, bench.tool === "laser");
+  if (job()?.state !== "failed") addLines(name, lines, bench.tool === "laser");
 }
 
 /**
  * Height above the table at which a pen would draw, mm. Null if it draws on the table, on a real arm,
  * and for programs in arm coordinates, whose heights are chosen by their author.
  */
-export function inAir(report: Report | null, tool: string, around: typeof world.value): number | null {
+export function heightAboveTable(report: Report | null, tool: string, around: typeof world.value): number | null {
   const table = around?.table?.height;
   if (table === undefined || around?.draws !== "pen" || tool !== "pen" || !isVirtual()) return null;
   if (report?.placed === undefined) return null;
   const heights = (report.preview?.strokes ?? []).map(({ height }) => height);
   const above = Math.min(...heights) - table;
-  return heights.length > 0 && above > TOUCHES ? above : null;
+  return heights.length > 0 && above > TOUCH_TOLERANCE ? above : null;
 }
 
 /**
  * Lays a new sheet: immediately for a virtual arm; for a real one the user confirms it. False if
  * refused.
  */
-export async function lay(): Promise<boolean> {
+export async function layNewSheet(): Promise<boolean> {
   if (!isVirtual()) {
-    const rest = new Map(left.value);
-    rest.delete(arm());
-    left.value = rest;
+    const rest = new Map(drawnByJobs.value);
+    rest.delete(shownArmName());
+    drawnByJobs.value = rest;
     return true;
   }
   try {
-    await call("world.paper", shown());
+    await call("world.paper", shownArm());
   } catch (error) {
-    complain(error);
+    reportError(error);
     return false;
   }
-  await look();
+  await readWorld();
   return true;
 }

@@ -10,13 +10,13 @@ vi.mock("../session", () => ({
     const programs = [...shelf].map(([name, { data, modified }]) => ({ name, bytes: atob(data).length, modified }));
     return { programs };
   },
-  files: () => null,
-  ownFile: () => null,
+  fileEndpoint: () => null,
+  localFile: () => null,
 }));
-const { base64, bring, linesAt, nameOf, unused } = await import("./programs");
+const { base64, storeUnused: bring, linesAt, libraryName: nameOf, unusedName: unused } = await import("./programs");
 beforeEach(() => shelf.clear());
 
-test("a file's name becomes one that the library takes", () => {
+test("a file name is converted to a valid library name", () => {
   expect(nameOf("Häuser 2.svg")).toBe("Hauser 2.svg");
   expect(nameOf("../../etc/passwd")).toBe("_.._etc_passwd");
   expect(nameOf("")).toBe("program");
@@ -32,7 +32,7 @@ test("bytes of any length are base64", () => {
   }
 });
 
-test("a line comes with its neighbours", async () => {
+test("linesAt returns a line with its neighbours", async () => {
   const file = new Blob(["one\r\ntwo\nthree\nfour\nfive\nsix"]);
   const around = async (line: number) => (await linesAt(file, line)).map(({ number, text }) => `${number} ${text}`);
   expect(await around(1)).toEqual(["1 one", "2 two", "3 three"]);
@@ -46,7 +46,7 @@ test("a line without an end is cut", async () => {
   expect(line?.text.length).toBeLessThanOrEqual(200);
 });
 
-test("names in other letters stay different names", () => {
+test("names in non-Latin scripts stay distinct", () => {
   const files = [
     "日本語.svg",
     "中文.svg",
@@ -65,7 +65,7 @@ test("names in other letters stay different names", () => {
   expect(nameOf("中")).toMatch(/^program-....$/);
 });
 
-test("what the page brings along replaces nothing", async () => {
+test("files that come with the page replace no program", async () => {
   const mine = btoa("mine");
   shelf.set("star.plt", { data: mine, modified: 1 });
   expect(await bring("star.plt", new Blob(["IN;"]))).toBe("star 2.plt");

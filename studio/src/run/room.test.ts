@@ -31,7 +31,7 @@ test("a name fills the width of the sheet within the reach", () => {
   }
 });
 
-test("what has been drawn stays free of the next thing", () => {
+test("the next object is placed clear of existing drawings", () => {
   const taken = [{ x: 190, y: -60, width: 90, height: 120 }];
   const side: [number, number] = [30, 30];
   const spot = freeSpot({ ...room, taken }, side, 1, 1);
@@ -46,7 +46,7 @@ test("a full sheet has no place", () => {
   expect(freeSpot({ outlines: [], paper: null, taken: [] }, [30, 30], 0.3, 1)).toBeNull();
 });
 
-test("without a paper it lies in front of the base", () => {
+test("without paper the object is placed in front of the base", () => {
   const spot = freeSpot({ outlines, paper: null, taken: [] }, [40, 40], 1, 1);
   expect(spot?.at[0]).toBeGreaterThan(110);
   expect(Math.abs(spot?.at[1] ?? Number.POSITIVE_INFINITY)).toBeLessThan(20);

@@ -16,15 +16,15 @@ export interface Spot {
 }
 
 /** Cell size of the search grid, mm. */
-const CELL = 3;
+const CELL_SIZE = 3;
 /** Margins at the edges of paper and reach, and between drawings, mm. */
-const [MARGIN, GAP] = [10, 6];
+const [MARGIN, DRAWING_GAP] = [10, 6];
 /**
  * Smallest x of automatic places, mm: beside or behind the base the arm would stand over the
  * drawing.
  */
 const LEAST_X = 110;
-const HALVINGS = 14;
+const BISECTION_STEPS = 14;
 
 export function isInside(points: Points, x: number, y: number): boolean {
   let inside = false;
@@ -39,7 +39,7 @@ export function isInside(points: Points, x: number, y: number): boolean {
  * Distance up to which lines belong to one drawing, as a share of their size, and its upper limit,
  * mm.
  */
-const [TOGETHER, APART] = [0.25, 35];
+const [CLUSTER_SHARE, MAX_CLUSTER_GAP] = [0.25, 35];
 
 /**
  * Boxes of lines that lie together: nearby lines are one drawing, and the room between them does
@@ -51,17 +51,17 @@ export function clusters(strokes: readonly Points[]): Frame[] {
     before = boxes.length;
     const merged: Frame[] = [];
     for (const box of boxes) {
-      const near = merged.findIndex((one) => overlaps(grown(one), grown(box)));
+      const near = merged.findIndex((one) => overlaps(withMargin(one), withMargin(box)));
       const other = merged[near];
       if (other === undefined) merged.push(box);
-      else merged[near] = around(other, box);
+      else merged[near] = unionOf(other, box);
     }
     boxes = merged;
   }
   return boxes;
 }
-function grown({ x, y, width, height }: Frame): Frame {
-  const by = Math.min(APART, Math.max(GAP / 2, TOGETHER * Math.max(width, height)));
+function withMargin({ x, y, width, height }: Frame): Frame {
+  const by = Math.min(MAX_CLUSTER_GAP, Math.max(DRAWING_GAP / 2, CLUSTER_SHARE * Math.max(width, height)));
   return { x: x - by, y: y - by, width: width + 2 * by, height: height + 2 * by };
 }
 /** True if two boxes overlap. */
@@ -70,7 +70,7 @@ export const overlaps = (one: Frame, other: Frame): boolean =>
   other.x < one.x + one.width &&
   one.y < other.y + other.height &&
   other.y < one.y + one.height;
-const around = (one: Frame, other: Frame): Frame =>
+const unionOf = (one: Frame, other: Frame): Frame =>
   boundsOf(
     [one, other].flatMap(({ x, y, width, height }) => [
       [x, y],
@@ -90,19 +90,19 @@ class Grid {
     const box = paper === null ? reach : overlapOf(reach, boundsOf(paper));
     const x = Math.max(box.x, LEAST_X);
     this.box = { ...box, x, width: Math.max(0, box.x + box.width - x) };
-    this.columns = Math.floor(this.box.width / CELL);
-    this.rows = Math.floor(this.box.height / CELL);
+    this.columns = Math.floor(this.box.width / CELL_SIZE);
+    this.rows = Math.floor(this.box.height / CELL_SIZE);
     const inside = new Uint8Array(this.columns * this.rows);
     for (let column = 0; column < this.columns; column++) {
       for (let row = 0; row < this.rows; row++) {
-        const [px, py] = [this.box.x + (column + 0.5) * CELL, this.box.y + (row + 0.5) * CELL];
+        const [px, py] = [this.box.x + (column + 0.5) * CELL_SIZE, this.box.y + (row + 0.5) * CELL_SIZE];
         const crossed = outlines.reduce((count, outline) => count + Number(isInside(outline, px, py)), 0);
         if (crossed % 2 === 1 && (paper === null || isInside(paper, px, py))) inside[column * this.rows + row] = 1;
       }
     }
     const isIn = (column: number, row: number) =>
       column >= 0 && column < this.columns && row >= 0 && row < this.rows && inside[column * this.rows + row] === 1;
-    const margin = Math.ceil(MARGIN / CELL);
+    const margin = Math.ceil(MARGIN / CELL_SIZE);
     const edges = [
       [margin, 0],
       [-margin, 0],
@@ -111,13 +111,17 @@ class Grid {
     ] as const;
     const isTaken = (px: number, py: number) =>
       taken.some(
-        (one) => px > one.x - GAP && px < one.x + one.width + GAP && py > one.y - GAP && py < one.y + one.height + GAP,
+        (one) =>
+          px > one.x - DRAWING_GAP &&
+          px < one.x + one.width + DRAWING_GAP &&
+          py > one.y - DRAWING_GAP &&
+          py < one.y + one.height + DRAWING_GAP,
       );
     this.sums = new Int32Array((this.columns + 1) * (this.rows + 1));
     const wide = this.rows + 1;
     for (let column = 0; column < this.columns; column++) {
       for (let row = 0; row < this.rows; row++) {
-        const [px, py] = [this.box.x + (column + 0.5) * CELL, this.box.y + (row + 0.5) * CELL];
+        const [px, py] = [this.box.x + (column + 0.5) * CELL_SIZE, this.box.y + (row + 0.5) * CELL_SIZE];
         const isFree = isIn(column, row) && edges.every(([dx, dy]) => isIn(column + dx, row + dy)) && !isTaken(px, py);
         const [left, below, both] = [column * wide + row + 1, (column + 1) * wide + row, column * wide + row].map(
           (at) => this.sums[at] ?? 0,
@@ -139,7 +143,10 @@ class Grid {
           (this.sums[(column + columns) * wide + row] ?? 0) +
           (this.sums[column * wide + row] ?? 0);
         if (blocked > 0) continue;
-        const at: [number, number] = [this.box.x + (column + columns / 2) * CELL, this.box.y + (row + rows / 2) * CELL];
+        const at: [number, number] = [
+          this.box.x + (column + columns / 2) * CELL_SIZE,
+          this.box.y + (row + rows / 2) * CELL_SIZE,
+        ];
         const far = Math.hypot(at[0] - (nearX ?? 0), at[1] - (nearY ?? 0));
         if (far < least) [found, least] = [at, far];
       }
@@ -167,7 +174,7 @@ export function freeSpot(
   if (room.outlines.length === 0 || !(alongX + alongY > 0)) return null;
   const grid = new Grid(room);
   const middle = [grid.box.x + grid.box.width / 2, grid.box.y + grid.box.height / 2];
-  const cells = (side: number) => Math.max(1, Math.ceil(side / CELL));
+  const cells = (side: number) => Math.max(1, Math.ceil(side / CELL_SIZE));
   const place = (scale: number) => grid.place(cells(alongX * scale), cells(alongY * scale), middle);
   let [fits, over] = [
     least,
@@ -177,7 +184,7 @@ export function freeSpot(
   if (at === null) return null;
   const whole = place(over);
   if (whole !== null) return { at: whole, scale: over };
-  for (let halving = 0; halving < HALVINGS; halving++) {
+  for (let halving = 0; halving < BISECTION_STEPS; halving++) {
     const middle = (fits + over) / 2;
     const there = place(middle);
     if (there === null) over = middle;

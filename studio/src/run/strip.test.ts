@@ -1,6 +1,6 @@
 import { describe, expect, it, vi } from "vitest";
 import type { Job } from "../api";
-import { isPlain, isTold, took } from "./strip";
+import { durationOf, isShown, isUneventful } from "./strip";
 
 const job = (more: Partial<Job>): Job => ({
   job: "j1",
@@ -30,34 +30,36 @@ const job = (more: Partial<Job>): Job => ({
 const seen = new Set(["j1"]);
 
 describe("the strip", () => {
-  it("tells of a job under way, whoever started it", () => {
+  it("shows an active job of any client", () => {
     for (const state of ["checking", "running", "pausing", "paused", "stopping"] as const)
-      expect(isTold(job({ state }), new Set(), null)).toBe(true);
+      expect(isShown(job({ state }), new Set(), null)).toBe(true);
   });
 
-  it("tells how a job ended that was seen under way, until it is closed", () => {
-    expect(isTold(job({ state: "done" }), seen, null)).toBe(true);
-    expect(isTold(job({ state: "done" }), seen, "j1")).toBe(false);
-    expect(isTold(job({ state: "done" }), new Set(), null)).toBe(false);
-    expect(isTold(job({ state: "running" }), seen, "j1")).toBe(true);
+  it("shows the end of a job that was seen active, until it is dismissed", () => {
+    expect(isShown(job({ state: "done" }), seen, null)).toBe(true);
+    expect(isShown(job({ state: "done" }), seen, "j1")).toBe(false);
+    expect(isShown(job({ state: "done" }), new Set(), null)).toBe(false);
+    expect(isShown(job({ state: "running" }), seen, "j1")).toBe(true);
   });
 
-  it("tells of a job that was interrupted while nobody looked", () => {
-    expect(isTold(job({ state: "interrupted" }), new Set(), null)).toBe(true);
+  it("shows a job that was interrupted while no page was open", () => {
+    expect(isShown(job({ state: "interrupted" }), new Set(), null)).toBe(true);
   });
 
-  it("stays where there is something to read", () => {
-    expect(isPlain(job({ state: "done" }))).toBe(true);
-    expect(isPlain(job({ state: "stopped" }))).toBe(false);
-    expect(isPlain(job({ state: "done", notes: [{ code: "nothing-picked", text: "", template: "" }] }))).toBe(false);
+  it("stays if there is something to read", () => {
+    expect(isUneventful(job({ state: "done" }))).toBe(true);
+    expect(isUneventful(job({ state: "stopped" }))).toBe(false);
+    expect(isUneventful(job({ state: "done", notes: [{ code: "nothing-picked", text: "", template: "" }] }))).toBe(
+      false,
+    );
   });
 
-  it("says how long a job took", () => {
-    expect(took(job({ started: 100, ended: 116.4 }))).toBeCloseTo(16.4);
-    expect(took(job({ started: null, ended: 116 }))).toBeNull();
+  it("returns the duration of a job", () => {
+    expect(durationOf(job({ started: 100, ended: 116.4 }))).toBeCloseTo(16.4);
+    expect(durationOf(job({ started: null, ended: 116 }))).toBeNull();
   });
 
-  it("tells how a job ended while the page was loaded again, until it is closed", async () => {
+  it("shows a job that ended during a reload, until it is dismissed", async () => {
     const loaded = async (of: Job) => {
       vi.resetModules();
       const [jobs, strip] = [await import("./jobs"), await import("./strip")];
@@ -66,15 +68,15 @@ describe("the strip", () => {
       return { strip, end };
     };
     const before = await loaded(job({ state: "running" }));
-    expect(before.strip.told.value?.state).toBe("running");
+    expect(before.strip.shownJob.value?.state).toBe("running");
     before.end();
     const after = await loaded(job({ state: "stopped" }));
-    expect(after.strip.told.value?.state).toBe("stopped");
-    after.strip.close(job({ state: "stopped" }));
-    expect(after.strip.told.value).toBeNull();
+    expect(after.strip.shownJob.value?.state).toBe("stopped");
+    after.strip.dismiss(job({ state: "stopped" }));
+    expect(after.strip.shownJob.value).toBeNull();
     after.end();
     const again = await loaded(job({ state: "stopped" }));
-    expect(again.strip.told.value).toBeNull();
+    expect(again.strip.shownJob.value).toBeNull();
     again.end();
   });
 });

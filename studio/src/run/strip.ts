@@ -1,17 +1,17 @@
 // Job in the strip below the header: the current one, then how it ended, until it is closed.
 import { computed, effect, signal } from "@preact/signals";
 import type { Job } from "../api";
-import { keep, kept } from "../shelf";
+import { readStored, writeStored } from "../storage";
 import * as store from "../store";
 import * as jobs from "./jobs";
 
 /** Time for which a successful job stays without user activity, ms. */
-const LINGERS = 10_000;
+const LINGER_TIME = 10_000;
 /** Ends that happened while the server was away. */
-const UNSEEN = ["interrupted"];
-const WATCHED = "watched";
+const ABSENT_ENDS = ["interrupted"];
+const STORAGE_KEY = "watched";
 /** Number of jobs remembered over a reload. */
-const REMEMBERED = 8;
+const MAX_REMEMBERED = 8;
 
 /**
  * Ids of jobs that this tab saw running and whose end was not dismissed. Survives a reload, which may
@@ -19,40 +19,43 @@ const REMEMBERED = 8;
  */
 const watched = signal<ReadonlySet<string>>(
   new Set(
-    kept("sessionStorage", WATCHED, (value) => Array.isArray(value) && value.every((id) => typeof id === "string")) ??
-      [],
+    readStored(
+      "sessionStorage",
+      STORAGE_KEY,
+      (value) => Array.isArray(value) && value.every((id) => typeof id === "string"),
+    ) ?? [],
   ),
 );
-function watch(ids: ReadonlySet<string>): void {
+function setWatched(ids: ReadonlySet<string>): void {
   watched.value = ids;
-  keep("sessionStorage", WATCHED, [...ids].slice(-REMEMBERED));
+  writeStored("sessionStorage", STORAGE_KEY, [...ids].slice(-MAX_REMEMBERED));
 }
-const closed = signal<string | null>(null);
+const dismissedJob = signal<string | null>(null);
 
 /** True if the strip shows the job. A job that ended before the page was opened is not shown. */
-export function isTold(job: Job, watched: ReadonlySet<string>, closed: string | null): boolean {
-  if (jobs.isUnderWay(job)) return true;
-  return job.job !== closed && (watched.has(job.job) || UNSEEN.includes(job.state));
+export function isShown(job: Job, watched: ReadonlySet<string>, closed: string | null): boolean {
+  if (jobs.isActive(job)) return true;
+  return job.job !== closed && (watched.has(job.job) || ABSENT_ENDS.includes(job.state));
 }
 
 /** True if the end leaves nothing to read or do, so that the job disappears by itself. */
-export const isPlain = (job: Job): boolean =>
+export const isUneventful = (job: Job): boolean =>
   job.state === "done" && job.error === null && (job.notes ?? []).length === 0;
 
 /** Duration, s; null if the job did not begin. */
-export const took = ({ started, ended }: Job): number | null =>
+export const durationOf = ({ started, ended }: Job): number | null =>
   started === null || ended === null ? null : Math.max(0, ended - started);
 
-export const told = computed<Job | null>(() => {
+export const shownJob = computed<Job | null>(() => {
   const job = jobs.job.value;
   // A job without news can be dismissed once the page has given up the connection.
-  if (store.socket.value === "closed" && job?.job === closed.value) return null;
-  return job !== null && job.state !== "queued" && isTold(job, watched.value, closed.value) ? job : null;
+  if (store.socket.value === "closed" && job?.job === dismissedJob.value) return null;
+  return job !== null && job.state !== "queued" && isShown(job, watched.value, dismissedJob.value) ? job : null;
 });
 
-export function close(job: Job): void {
-  closed.value = job.job;
-  watch(new Set([...watched.peek()].filter((id) => id !== job.job)));
+export function dismiss(job: Job): void {
+  dismissedJob.value = job.job;
+  setWatched(new Set([...watched.peek()].filter((id) => id !== job.job)));
 }
 
 /** Follows the job of the shown arm. Returns a function that ends it. */
@@ -60,8 +63,8 @@ export function follow(): () => void {
   let due: ReturnType<typeof setTimeout> | undefined;
   const wait = () => {
     clearTimeout(due);
-    const job = told.peek();
-    if (job !== null && isPlain(job)) due = setTimeout(() => close(job), LINGERS);
+    const job = shownJob.peek();
+    if (job !== null && isUneventful(job)) due = setTimeout(() => dismiss(job), LINGER_TIME);
   };
   // Content moves up when the strip disappears, so that must not happen while the user is about to
   // press something.
@@ -70,11 +73,11 @@ export function follow(): () => void {
     jobs.follow(),
     effect(() => {
       const job = jobs.job.value;
-      if (job !== null && jobs.isUnderWay(job) && !watched.peek().has(job.job))
-        watch(new Set([...watched.peek(), job.job]));
+      if (job !== null && jobs.isActive(job) && !watched.peek().has(job.job))
+        setWatched(new Set([...watched.peek(), job.job]));
     }),
     effect(() => {
-      void told.value;
+      void shownJob.value;
       wait();
     }),
     () => clearTimeout(due),

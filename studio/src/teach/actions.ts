@@ -1,14 +1,14 @@
 // Requests of the teach panel to the station: points, plans made of rows, jobs that play them,
 // files.
 import { computed, effect, signal } from "@preact/signals";
-import { tried } from "../actions";
+import { attempt } from "../actions";
 import type { Plan, PlanStep } from "../api";
-import type { Told } from "../client";
+import type { StationNotification } from "../client";
 import { t } from "../i18n";
 import { save as download } from "../log";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
-import { call, notified, shown } from "../session";
+import { call, notificationListeners, shownArm } from "../session";
 import * as store from "../store";
 import { type Lines, show, target } from "../view/layers";
 import * as program from "./rows";
@@ -17,10 +17,10 @@ import { w } from "./words";
 /** Played job, with the index of each row's first step in its plan. */
 const playing = signal<{ job: string; first: number[]; from: number } | null>(null);
 /** Index of the row being played; null if no row is. */
-export const underWay = computed<number | null>(() => {
+export const playedRow = computed<number | null>(() => {
   const now = playing.value;
   const job = now === null ? undefined : jobs.jobs.value.find((one) => one.job === now.job);
-  if (now === null || job === undefined || !jobs.isUnderWay(job)) return null;
+  if (now === null || job === undefined || !jobs.isActive(job)) return null;
   return (
     now.from +
     Math.max(
@@ -30,13 +30,13 @@ export const underWay = computed<number | null>(() => {
   );
 });
 /** True if the unlock key of the arm adds points. */
-export const guides = signal(false);
+export const addsByKey = signal(false);
 export const loops = signal(1);
 /** Wait of a new row at which the tool grips or releases, s: vacuum takes 0.3 s. */
 export const toolWait = signal(0.5);
 export const format = signal<"plan" | "playback">("plan");
 
-function take(step: program.Motion): void {
+function addStep(step: program.Motion): void {
   const before = program.rows.value[program.selected.value]?.motion as program.Motion | null | undefined;
   const { name: _, ...motion } = step;
   if (before?.move !== undefined && before.by !== undefined) motion.by = before.by;
@@ -45,10 +45,11 @@ function take(step: program.Motion): void {
   program.add(motion, rows.length === 0 && tool === null ? { tool: mounted?.name ?? mounted?.bias ?? null } : {});
 }
 
-export const capture = () => tried(async () => take((await call("teach.capture", shown())).step as program.Motion));
+export const capture = () =>
+  attempt(async () => addStep((await call("teach.capture", shownArm())).step as program.Motion));
 export const reteach = (nth: number) =>
-  tried(async () => {
-    const { step } = (await call("teach.capture", shown())) as {
+  attempt(async () => {
+    const { step } = (await call("teach.capture", shownArm())) as {
       step: program.Motion & { move: number[]; by: string };
     };
     const { by } = (program.rows.value[nth]?.motion ?? {}) as program.Motion;
@@ -59,50 +60,50 @@ export const addWait = () => {
   program.edit(program.selected.value, { wait: 1 });
 };
 export const addOutput = (address: number, high: boolean) =>
-  tried(async () => program.add((await call("teach.output", { address, high })).step as program.Motion));
+  attempt(async () => program.add((await call("teach.output", { address, high })).step as program.Motion));
 
-export const guide = (on: boolean) =>
-  tried(async () => {
-    await call("teach.guide", { ...shown(), on });
-    guides.value = on;
+export const setGuiding = (on: boolean) =>
+  attempt(async () => {
+    await call("teach.guide", { ...shownArm(), on });
+    addsByKey.value = on;
   });
 
 /** Listens for taught points while the panel is open. Returns a function that ends it. */
 export function follow(): () => void {
-  const hear = (...[method, params]: Told) => {
+  const hear = (...[method, params]: StationNotification) => {
     if (
       method !== "arm.event" ||
       params.arm !== store.armName.value ||
       params.event !== "hand-trigger" ||
-      !guides.value
+      !addsByKey.value
     )
       return;
     const step = params.step as program.Motion;
     const last = program.rows.value[program.selected.value]?.motion as program.Motion | null | undefined;
-    if (String(last?.move) !== String(step.move)) take(step);
+    if (String(last?.move) !== String(step.move)) addStep(step);
   };
-  notified.add(hear);
+  notificationListeners.add(hear);
   const ends = [
     jobs.follow(),
-    effect(mark),
+    effect(showPoints),
     effect(() => {
-      if (store.lease.value !== "mine") guides.value = false;
+      if (store.lease.value !== "mine") addsByKey.value = false;
     }),
   ];
   return () => {
-    notified.delete(hear);
+    notificationListeners.delete(hear);
     for (const end of ends) end();
-    if (guides.value && store.why.value === null) void guide(false);
+    if (addsByKey.value && store.why.value === null) void setGuiding(false);
     show("points", []);
     target.value = null;
   };
 }
 
 /** Shows the points in the picture. The selected one is larger. */
-function mark(): void {
+function showPoints(): void {
   const places = program.rows.value.map((row) => (row.motion as program.Motion | null)?.move);
   const points = places.filter((place) => place !== undefined).map((place) => place.slice(0, 3));
-  const here = places[underWay.value ?? program.selected.value];
+  const here = places[playedRow.value ?? program.selected.value];
   const lines: Lines[] = [
     { points, color: "--planned", opacity: 0.7 },
     { points, color: "--planned", dots: true },
@@ -113,7 +114,7 @@ function mark(): void {
   target.value = x === undefined || y === undefined || z === undefined ? null : { x, y, z, r };
 }
 
-async function plan(rows = program.rows.value) {
+async function makePlan(rows = program.rows.value) {
   const { title, tool, surface } = program.taught.value;
   return call("teach.plan", {
     title: title || w("teach.untitled"),
@@ -125,12 +126,12 @@ async function plan(rows = program.rows.value) {
 
 /** Plays all rows, the rows from the selected one on, or only that one. */
 export const play = (what: "all" | "from" | "one") =>
-  tried(async () => {
+  attempt(async () => {
     const at = what === "all" ? 0 : program.selected.value;
     const row = program.rows.value[at];
     if (row === undefined) return;
     const only = what === "one";
-    const { plan: made, first } = await plan(only ? [row] : undefined);
+    const { plan: made, first } = await makePlan(only ? [row] : undefined);
     const from = what === "from" ? { from: (first[at] ?? 0) + 1 } : {};
     // The same options as `magician teach` sets for a playback: untransformed points, and the tool
     // remains at the last one.
@@ -145,54 +146,54 @@ export const play = (what: "all" | "from" | "one") =>
     const job = await jobs.start(order, program.taught.value.title || w("teach.untitled"), "");
     if (job === null) return;
     playing.value = { job, first, from: only ? at : 0 };
-    await jobs.heard(job);
+    await jobs.waitUntilKnown(job);
   });
 
 /** Times at which this page saved programs. It may replace those without a question if nobody has changed them since. */
-const own = new Map<string, number>();
+const savedTimes = new Map<string, number>();
 const savedAt = (name: string) => library.programs.value.find((one) => one.name === name)?.modified;
-const fileName = () => library.nameOf(program.taught.value.title || w("teach.untitled"));
+const fileName = () => library.libraryName(program.taught.value.title || w("teach.untitled"));
 
 /** Saves the program in the library, where `#/run` lists it, and downloads it as a file. */
 export const save = () =>
-  tried(async () => {
+  attempt(async () => {
     const rows = program.rows.value;
-    const { plan: made } = await plan();
+    const { plan: made } = await makePlan();
     const head = `${JSON.stringify({ ...made, steps: undefined }).slice(0, -1)},"steps":[\n`;
     const steps = (made.steps as unknown[]).map((step) => JSON.stringify(step)).join(",\n");
     const text = `${head}${steps}\n]}\n`;
     const name = `${fileName()}.plan.json`;
     const to = `${fileName()}.playback`;
     const kept = format.value === "plan" ? [name] : [name, to];
-    await library.list();
-    for (const one of kept) if (own.get(one) !== savedAt(one) && !(await library.mayKeep(one))) return;
-    await library.put(name, new Blob([text]), true);
+    await library.readLibrary();
+    for (const one of kept) if (savedTimes.get(one) !== savedAt(one) && !(await library.confirmReplace(one))) return;
+    await library.storeProgram(name, new Blob([text]), true);
     if (format.value === "plan") {
       download(name, text);
     } else {
       const { lost } = await call("program.convert", { name, to });
-      await library.list();
+      await library.readLibrary();
       const entry = library.programs.value.find((one) => one.name === to);
-      if (entry) download(to, await library.get(entry));
-      if (lost.length > 0) store.say(w("teach.lost", { what: lost.join("; ") }), true);
+      if (entry) download(to, await library.fetchProgram(entry));
+      if (lost.length > 0) store.notify(w("teach.lost", { what: lost.join("; ") }), true);
     }
-    for (const one of kept) own.set(one, savedAt(one) ?? 0);
+    for (const one of kept) savedTimes.set(one, savedAt(one) ?? 0);
     if (program.rows.value === rows) program.markSaved();
-    store.say(w("teach.saved", { name }));
+    store.notify(w("teach.saved", { name }));
   });
 
 /** Converts a file to a plan by the station, under unused names that are deleted afterwards. */
-async function converted(file: File): Promise<string | null> {
-  const name = await library.unused(library.nameOf(file.name));
-  const to = await library.unused(`${name.replace(/\.[^.]*$/, "").slice(0, 60)} opened.plan.json`);
+async function convertFile(file: File): Promise<string | null> {
+  const name = await library.unusedName(library.libraryName(file.name));
+  const to = await library.unusedName(`${name.replace(/\.[^.]*$/, "").slice(0, 60)} opened.plan.json`);
   try {
-    await library.put(name, file, true);
+    await library.storeProgram(name, file, true);
     await call("program.convert", { name, to });
-    await library.list();
+    await library.readLibrary();
     const entry = library.programs.value.find((one) => one.name === to);
-    return entry === undefined ? null : await (await library.get(entry)).text();
+    return entry === undefined ? null : await (await library.fetchProgram(entry)).text();
   } finally {
-    await library.list();
+    await library.readLibrary();
     const made = [to, name].filter((one) => library.programs.value.some((program) => program.name === one));
     await Promise.all(made.map((one) => call("program.delete", { name: one })));
   }
@@ -200,9 +201,9 @@ async function converted(file: File): Promise<string | null> {
 
 /** Replaces the program by that of a file. Can be undone. */
 export const open = (file: File) =>
-  tried(async () => {
-    let text = file.size < library.IN_A_MESSAGE ? await file.text() : "";
-    if (!text.includes('"magician-plan"')) text = (await converted(file)) ?? "";
+  attempt(async () => {
+    let text = file.size < library.MAX_MESSAGE_BYTES ? await file.text() : "";
+    if (!text.includes('"magician-plan"')) text = (await convertFile(file)) ?? "";
     if (text === "") return;
     const found = await call("teach.rows", { plan: JSON.parse(text) as Plan });
     if (!program.isSaved.value && !(await store.ask(w("teach.replace"), w("teach.replace.text"), t("replace")))) return;

@@ -47,7 +47,7 @@ beforeEach(() => {
   sessionStorage.clear();
 });
 
-test("a new row comes behind the selected one and is selected", async () => {
+test("a new row is inserted after the selected one and selected", async () => {
   const rows = await opened();
   for (let at = 0; at < 3; at++) rows.add({ move: [at, 0, 0, 0] });
   rows.selected.value = 0;
@@ -56,7 +56,7 @@ test("a new row comes behind the selected one and is selected", async () => {
   expect(rows.selected.value).toBe(1);
 });
 
-test("names are not given twice", async () => {
+test("row names are unique", async () => {
   const rows = await opened();
   for (let at = 0; at < 3; at++) rows.add(null);
   rows.selected.value = 0;
@@ -91,7 +91,7 @@ test("every change can be undone and redone", async () => {
   }
 });
 
-test("an edit that changes nothing is no step of undo", async () => {
+test("an edit without a change adds no undo step", async () => {
   const rows = await opened();
   rows.add(null);
   rows.undo();
@@ -101,7 +101,7 @@ test("an edit that changes nothing is no step of undo", async () => {
   expect(rows.rows.value).toEqual([]);
 });
 
-test("what was not saved is there again, and is not saved", async () => {
+test("unsaved rows survive a reload and stay unsaved", async () => {
   const before = await opened();
   before.add({ move: [1, 2, 3, 4] });
   const after = await opened();
@@ -111,7 +111,7 @@ test("what was not saved is there again, and is not saved", async () => {
   expect(after.isSaved.value).toBe(true);
 });
 
-test("each tab has rows of its own, and what is left last is what a new one begins with", async () => {
+test("each tab has its own rows, and a new tab starts with the last closed ones", async () => {
   const first = await opened();
   first.add({ move: [1, 0, 0, 0] });
   first.add({ move: [2, 0, 0, 0] });

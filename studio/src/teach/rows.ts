@@ -3,8 +3,8 @@
 // restores unsaved rows when the page is opened again.
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { Methods, Row as PlanRow } from "../api";
-import { toggled } from "../settings";
-import { Document, has, isFlag, isListOf, isMap, isNull, isNumber, isOr, isText, isUnset } from "../shelf";
+import { withMember } from "../settings";
+import { Document, isEither, isFlag, isListOf, isMap, isNull, isNumber, isObjectOf, isText, isUnset } from "../storage";
 
 export type Row = Omit<PlanRow, "motion"> & { motion: Motion | null };
 export type Taught = Omit<Methods["teach.rows"]["result"], "rows"> & { rows: Row[] };
@@ -16,96 +16,96 @@ export interface Motion {
   [member: string]: unknown;
 }
 
-const KEY = "teach";
-const MOST = 200;
+const STORAGE_KEY = "teach";
+const MAX_UNDO_STEPS = 200;
 
 interface State {
   taught: Taught;
   selected: number;
 }
 
-const nothing: Taught = { title: "", tool: null, surface: null, rows: [] };
+const EMPTY_PROGRAM: Taught = { title: "", tool: null, surface: null, rows: [] };
 
-interface Kept {
+interface StoredProgram {
   taught: Taught;
   isSaved: boolean;
 }
 
-const isMove = isOr(isUnset, isListOf(isNumber));
-const isRow = has({
+const isMove = isEither(isUnset, isListOf(isNumber));
+const isRow = isObjectOf({
   name: isText,
-  motion: isOr(isNull, (value) => isMap(value) && has({ move: isMove, joints: isMove })(value)),
-  gripper: isOr(isNull, isText),
-  suction: isOr(isNull, isFlag),
-  wait: isOr(isNull, isNumber),
+  motion: isEither(isNull, (value) => isMap(value) && isObjectOf({ move: isMove, joints: isMove })(value)),
+  gripper: isEither(isNull, isText),
+  suction: isEither(isNull, isFlag),
+  wait: isEither(isNull, isNumber),
 });
-const isTaught = has({
+const isTaught = isObjectOf({
   title: isText,
-  tool: isOr(isNull, isText, isListOf(isNumber)),
-  surface: isOr(isNull, isMap),
+  tool: isEither(isNull, isText, isListOf(isNumber)),
+  surface: isEither(isNull, isMap),
   rows: isListOf(isRow),
 });
-const document = new Document<Kept>(
-  KEY,
-  has({ taught: isTaught, isSaved: isFlag }),
+const document = new Document<StoredProgram>(
+  STORAGE_KEY,
+  isObjectOf({ taught: isTaught, isSaved: isFlag }),
   ({ taught }) => taught.rows.length === 0,
 );
 
 /** Program at the time the page was closed, saved or not. */
-const left = document.read() ?? { taught: nothing, isSaved: true };
-export const taught = signal<Taught>(left.taught);
+const restored = document.read() ?? { taught: EMPTY_PROGRAM, isSaved: true };
+export const taught = signal<Taught>(restored.taught);
 export const rows = computed(() => taught.value.rows);
 /** Index of the row after which new points are inserted. */
 export const selected = signal(Math.max(0, taught.value.rows.length - 1));
 /** Rows with a tick. */
-export const picked = signal<ReadonlySet<Row>>(new Set());
+export const tickedRows = signal<ReadonlySet<Row>>(new Set());
 /** Rows as last saved. */
-const saved = signal<Row[]>(left.isSaved ? left.taught.rows : []);
-export const isSaved = computed(() => rows.value.length === 0 || rows.value === saved.value);
+const savedRows = signal<Row[]>(restored.isSaved ? restored.taught.rows : []);
+export const isSaved = computed(() => rows.value.length === 0 || rows.value === savedRows.value);
 
-const before = signal<State[]>([]);
-const after = signal<State[]>([]);
-export const canUndo = computed(() => before.value.length > 0);
-export const canRedo = computed(() => after.value.length > 0);
+const undoStack = signal<State[]>([]);
+const redoStack = signal<State[]>([]);
+export const canUndo = computed(() => undoStack.value.length > 0);
+export const canRedo = computed(() => redoStack.value.length > 0);
 
 effect(() => document.write({ taught: taught.value, isSaved: isSaved.value }));
 addEventListener("beforeunload", (event) => {
   if (!isSaved.value) event.preventDefault();
 });
 
-const now = (): State => ({ taught: taught.value, selected: selected.value });
+const currentState = (): State => ({ taught: taught.value, selected: selected.value });
 
 /** Replaces the rows. Can be undone. */
 export function change(next: Partial<Taught>, select = selected.value): void {
   batch(() => {
-    before.value = [...before.value.slice(1 - MOST), now()];
-    after.value = [];
+    undoStack.value = [...undoStack.value.slice(1 - MAX_UNDO_STEPS), currentState()];
+    redoStack.value = [];
     taught.value = { ...taught.value, ...next };
     selected.value = Math.max(0, Math.min(select, rows.value.length - 1));
     const left = new Set(rows.value);
-    picked.value = new Set([...picked.value].filter((row) => left.has(row)));
+    tickedRows.value = new Set([...tickedRows.value].filter((row) => left.has(row)));
   });
 }
 
-function back(from: typeof before, to: typeof before): void {
+function restoreFrom(from: typeof undoStack, to: typeof undoStack): void {
   const state = from.value.at(-1);
   if (state === undefined) return;
   batch(() => {
     from.value = from.value.slice(0, -1);
-    to.value = [...to.value, now()];
+    to.value = [...to.value, currentState()];
     taught.value = state.taught;
     selected.value = state.selected;
-    picked.value = new Set();
+    tickedRows.value = new Set();
   });
 }
-export const undo = () => back(before, after);
-export const redo = () => back(after, before);
+export const undo = () => restoreFrom(undoStack, redoStack);
+export const redo = () => restoreFrom(redoStack, undoStack);
 
 export function markSaved(): void {
-  saved.value = rows.value;
+  savedRows.value = rows.value;
 }
 
-const freshName = (): string => {
+const unusedName = (): string => {
   const names = new Set(rows.value.map((row) => row.name));
   let number = rows.value.length + 1;
   while (names.has(`P${number}`)) number++;
@@ -114,7 +114,7 @@ const freshName = (): string => {
 
 /** Inserts a row after the selected one, and selects it. */
 export function add(motion: Motion | null, more: Partial<Taught> = {}): void {
-  const row: Row = { name: freshName(), motion, gripper: null, suction: null, wait: null };
+  const row: Row = { name: unusedName(), motion, gripper: null, suction: null, wait: null };
   const at = Math.min(selected.value + 1, rows.value.length);
   change({ ...more, rows: rows.value.toSpliced(at, 0, row) }, at);
 }
@@ -142,8 +142,9 @@ export function move(from: number, to: number): void {
 
 /** Deletes the ticked rows, or the selected one if no row is ticked. */
 export function remove(): void {
-  const gone = picked.value.size > 0 ? picked.value : new Set(rows.value.slice(selected.value, selected.value + 1));
+  const gone =
+    tickedRows.value.size > 0 ? tickedRows.value : new Set(rows.value.slice(selected.value, selected.value + 1));
   change({ rows: rows.value.filter((row) => !gone.has(row)) });
 }
 
-export const pick = (row: Row, on: boolean): void => void (picked.value = toggled(picked.value, row, on));
+export const tickRow = (row: Row, on: boolean): void => void (tickedRows.value = withMember(tickedRows.value, row, on));

@@ -1,9 +1,9 @@
 import { t } from "../i18n";
 import * as store from "../store";
-import { Beside } from "./beside";
 import { Dialogs } from "./dialogs";
-import { Alarms, Header, Left, LinkLost, Update } from "./header";
+import { Alarms, Header, LastActivity, LinkLost, UpdateOffer } from "./header";
 import { Panel, Strip } from "./routes";
+import { SidePanel } from "./sidepanel";
 
 export function App() {
   const route = store.route.value;
@@ -13,13 +13,13 @@ export function App() {
       <Strip />
       <main class={`route-${route}`}>
         <h1 class="unseen">{`${t("app")}: ${t(`nav.${route}`)}`}</h1>
-        <Update />
+        <UpdateOffer />
         <LinkLost />
-        <Left />
+        <LastActivity />
         <Alarms />
         <Panel />
       </main>
-      <Beside />
+      <SidePanel />
       <Dialogs />
     </>
   );

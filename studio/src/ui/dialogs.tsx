@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
 import { t } from "../i18n";
 import * as store from "../store";
-import { Do, TextField } from "./parts";
+import { Button, TextField } from "./parts";
 
 interface SheetProps {
   role: "alertdialog" | "dialog";
@@ -40,16 +40,16 @@ function Sheet({ role, id, testId, title, children }: SheetProps) {
   );
 }
 
-type Answer = ComponentProps<typeof Do>;
+type Answer = ComponentProps<typeof Button>;
 
 /** Question with two answers, of which the first changes nothing. */
-function Ask({ title, no, yes, ...rest }: Omit<SheetProps, "role"> & { no: Answer; yes: Answer }) {
+function QuestionDialog({ title, no, yes, ...rest }: Omit<SheetProps, "role"> & { no: Answer; yes: Answer }) {
   return (
     <Sheet role="alertdialog" title={title} {...rest}>
       <p id={`${rest.id}-text`}>{rest.children}</p>
       <div class="sheet-buttons">
-        <Do data-first {...no} />
-        <Do class="primary" {...yes} />
+        <Button data-first {...no} />
+        <Button class="primary" {...yes} />
       </div>
     </Sheet>
   );
@@ -61,31 +61,31 @@ function Question() {
   const no = { id: "confirm-no", text: t("no"), press: () => question.answer(false) };
   const yes = { id: "confirm-yes", text: question.yes, press: () => question.answer(true) };
   return (
-    <Ask key={question.title} id="confirm" testId="confirm" title={question.title} no={no} yes={yes}>
+    <QuestionDialog key={question.title} id="confirm" testId="confirm" title={question.title} no={no} yes={yes}>
       {question.text}
-    </Ask>
+    </QuestionDialog>
   );
 }
 
-function Asked() {
-  const asked = store.asked.value;
+function ControlRequest() {
+  const asked = store.controlRequest.value;
   if (asked === null || store.lease.value !== "mine") return null;
-  const no = { id: "lease-refuse", text: t("lease.refuse"), press: () => actions.answer(false) };
-  const yes = { id: "lease-grant", text: t("lease.grant"), press: () => actions.answer(true) };
+  const no = { id: "lease-refuse", text: t("lease.refuse"), press: () => actions.answerControlRequest(false) };
+  const yes = { id: "lease-grant", text: t("lease.grant"), press: () => actions.answerControlRequest(true) };
   return (
-    <Ask id="asked" testId="lease-asked" title={t("lease.asked", { name: asked.name })} no={no} yes={yes}>
+    <QuestionDialog id="asked" testId="lease-asked" title={t("lease.asked", { name: asked.name })} no={no} yes={yes}>
       {asked.message ? <q>{asked.message}</q> : null} {t("lease.asked.text")}
-    </Ask>
+    </QuestionDialog>
   );
 }
 
 /** Asks for the user's name, shown to others while the user has control. */
-function Naming() {
-  const answer = store.naming.value;
+function NamePrompt() {
+  const answer = store.namePrompt.value;
   const name = useSignal("");
   if (answer === null) return null;
   const done = (text: string | null) => {
-    store.naming.value = null;
+    store.namePrompt.value = null;
     answer(text);
   };
   return (
@@ -109,7 +109,7 @@ function Naming() {
           set={(text) => (name.value = text)}
         />
         <div class="sheet-buttons">
-          <Do text={t("naming.without")} press={() => done(null)} />
+          <Button text={t("naming.without")} press={() => done(null)} />
           <button type="submit" class="primary" data-testid="naming-take" disabled={name.value.trim() === ""}>
             {t("lease.take")}
           </button>
@@ -150,7 +150,7 @@ function Keys() {
         ))}
       </dl>
       <div class="sheet-buttons">
-        <Do data-first text={t("close")} press={() => (store.showsKeys.value = false)} />
+        <Button data-first text={t("close")} press={() => (store.showsKeys.value = false)} />
       </div>
     </Sheet>
   );
@@ -161,8 +161,8 @@ export function Dialogs() {
   return (
     <>
       <Question />
-      <Asked />
-      <Naming />
+      <ControlRequest />
+      <NamePrompt />
       <Keys />
       <div class="notice-place" role="status" data-testid="notice">
         {notice ? <p class={`notice ${notice.bad ? "bad" : ""}`}>{notice.text}</p> : null}

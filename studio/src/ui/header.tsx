@@ -2,13 +2,13 @@
 // navigation.
 import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
-import { mine, stopsAll } from "../class";
-import { t, told } from "../i18n";
+import { myStatusText, stopsAll } from "../class";
+import { t, translated } from "../i18n";
 import { clock } from "../log";
-import { again, signOut } from "../session";
+import { signOut, takeBackSession } from "../session";
 import * as store from "../store";
 import ICONS from "./icons.json";
-import { Do } from "./parts";
+import { Button } from "./parts";
 
 function Nav() {
   const nav = useRef<HTMLElement>(null);
@@ -32,9 +32,9 @@ function Nav() {
         type="button"
         class="nav-help"
         data-testid="help"
-        aria-expanded={store.beside.value === "help"}
+        aria-expanded={store.sidePanel.value === "help"}
         onClick={() => {
-          store.beside.value = store.beside.value === "help" ? null : "help";
+          store.sidePanel.value = store.sidePanel.value === "help" ? null : "help";
         }}
       >
         <svg viewBox="0 0 24 24" aria-hidden="true">
@@ -59,7 +59,7 @@ function Owner() {
   );
 }
 
-function What() {
+function Identity() {
   const arm = store.arm.value;
   const kind = arm === null ? "none" : arm.virtual ? "virtual" : "real";
   const isPupil = store.audience.value === "pupil";
@@ -74,10 +74,10 @@ function What() {
           {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
         </span>
       )}
-      {isPupil && mine.value !== null ? null : <Owner />}
-      {mine.value === null ? null : (
+      {isPupil && myStatusText.value !== null ? null : <Owner />}
+      {myStatusText.value === null ? null : (
         <span class="badge" data-testid="header-turn">
-          {mine.value}
+          {myStatusText.value}
         </span>
       )}
       {store.laser.value === "off" ? null : (
@@ -111,25 +111,25 @@ function Lease() {
       </span>
       <div class="lease-buttons">
         {lease === "mine" ? (
-          <Do id="lease-release" class="quiet" text={t("lease.release")} press={actions.release} />
+          <Button id="lease-release" class="quiet" text={t("lease.release")} press={actions.releaseControl} />
         ) : null}
         {lease === "other" ? (
-          <Do
+          <Button
             id="lease-ask"
             class="primary"
-            off={isViewer || store.asking.value}
-            text={store.asking.value ? t("lease.asking") : t("lease.ask")}
-            press={actions.askFor}
+            off={isViewer || store.isRequestingControl.value}
+            text={store.isRequestingControl.value ? t("lease.asking") : t("lease.ask")}
+            press={actions.askForControl}
           />
         ) : null}
         {lease !== "mine" ? (
-          <Do
+          <Button
             id="lease-take"
             class={lease === "free" ? "primary" : "quiet"}
             off={noTake}
             why="no-take"
             text={t("lease.take")}
-            press={actions.take}
+            press={actions.takeControl}
           />
         ) : null}
       </div>
@@ -145,14 +145,14 @@ function Lease() {
 export function Header() {
   return (
     <header>
-      <Do
+      <Button
         id="stop"
         class="stop"
         title={t("stop.hint")}
         text={t(stopsAll.value ? "site.stopAll" : "stop")}
         press={() => void actions.stop()}
       />
-      <What />
+      <Identity />
       <Lease />
       <Nav />
     </header>
@@ -172,10 +172,10 @@ function Closed({ why, since }: { why: "token" | "revoked" | "taken" | "full"; s
       </p>
       {why === "full" ? null : (
         <div class="banner-do">
-          <Do
+          <Button
             id="closed-signin"
             text={t(why === "taken" ? "closed.back" : "closed.signin")}
-            press={why === "taken" ? again : signOut}
+            press={why === "taken" ? takeBackSession : signOut}
           />
         </div>
       )}
@@ -185,7 +185,7 @@ function Closed({ why, since }: { why: "token" | "revoked" | "taken" | "full"; s
 
 /** Banner for a lost connection, with the time of the loss. */
 export function LinkLost() {
-  const since = store.since.value;
+  const since = store.lostSince.value;
   const refused = store.refused.value;
   // The sign-in page asks for a code or token itself, as does the form for another station.
   if (refused !== null && refused !== "unreachable" && !(refused === "token" && since === null))
@@ -207,8 +207,8 @@ export function LinkLost() {
 }
 
 /** Banner: what an unreachable arm may still be doing. During a job the strip says it instead. */
-export function Left() {
-  const left = store.left.value;
+export function LastActivity() {
+  const left = store.lastActivity.value;
   return left === null || store.isBusy.value ? null : (
     <div class="banner lost" role="alert" data-testid="left-doing">
       <p>
@@ -219,13 +219,13 @@ export function Left() {
 }
 
 /** Offer of a newer build of the page. */
-export function Update() {
+export function UpdateOffer() {
   const take = store.update.value;
   if (take === null) return null;
   return (
     <div class="banner update" role="status">
       <p>{t("update.text")}</p>
-      <Do id="update-offer" class="small" text={t("update")} press={take} />
+      <Button id="update-offer" class="small" text={t("update")} press={take} />
     </div>
   );
 }
@@ -235,7 +235,7 @@ export function Alarms() {
   // The class's page is about all arms, and a pupil without an arm cannot do anything about an
   // alarm.
   const alarms = store.route.value === "class" && store.lease.value !== "mine" ? [] : store.alarms.value;
-  const holds = store.holds.value;
+  const holds = store.isQueueHeld.value;
   const off = store.why.value !== null;
   return (
     <div
@@ -254,9 +254,9 @@ export function Alarms() {
                 </li>
               ) : (
                 <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
-                  <b>{alarm.name}</b> <span>{told(`alarm.${alarm.code}.cause`, alarm.cause)}.</span>{" "}
+                  <b>{alarm.name}</b> <span>{translated(`alarm.${alarm.code}.cause`, alarm.cause)}.</span>{" "}
                   <span class="cure">
-                    {t("alarms.cure")}: {told(`alarm.${alarm.code}.cure`, alarm.cure)}.
+                    {t("alarms.cure")}: {translated(`alarm.${alarm.code}.cure`, alarm.cure)}.
                   </span>
                 </li>
               ),
@@ -265,10 +265,10 @@ export function Alarms() {
           {holds ? <p>{t("alarms.hold")}</p> : null}
           <div class="banner-do">
             {alarms.some(({ code }) => code === store.SWITCHED_ON) ? (
-              <Do id="alarm-home" off={off} why="alarm-why" text={t("alarms.home")} press={actions.home} />
+              <Button id="alarm-home" off={off} why="alarm-why" text={t("alarms.home")} press={actions.home} />
             ) : null}
             {alarms.some(({ code }) => code !== store.SWITCHED_ON) ? (
-              <Do id="alarm-clear" off={off} why="alarm-why" text={t("alarms.these")} press={actions.clearAlarms} />
+              <Button id="alarm-clear" off={off} why="alarm-why" text={t("alarms.these")} press={actions.clearAlarms} />
             ) : null}
             <span id="alarm-why" class="unseen">
               {off && store.why.value !== null ? t(store.why.value) : ""}

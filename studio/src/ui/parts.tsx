@@ -2,8 +2,8 @@
 import { type Signal, useSignal } from "@preact/signals";
 import type { ButtonHTMLAttributes, ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
-import { numberOf } from "../numbers";
-import { useDropped } from "./dropped";
+import { parseNumber } from "../numbers";
+import { useFileDrop } from "./filedrop";
 
 interface ChoiceProps<T extends string> {
   name: string;
@@ -62,14 +62,14 @@ export function Card({ title, more, group, children, ...rest }: CardProps) {
 }
 
 /** Disabled state, and the id of the element that states the reason. */
-interface MayBeOff {
+interface Disableable {
   off?: boolean;
   why?: string | null | undefined;
 }
 
-const because = (off: boolean, why: MayBeOff["why"]) => (off && why ? why : undefined);
+const describedBy = (off: boolean, why: Disableable["why"]) => (off && why ? why : undefined);
 
-interface SwitchProps extends MayBeOff {
+interface SwitchProps extends Disableable {
   id: string;
   label: string;
   on: boolean | null;
@@ -79,7 +79,7 @@ interface SwitchProps extends MayBeOff {
 
 export function Switch({ id, label, on, danger, flip, ...rest }: SwitchProps) {
   return (
-    <Do
+    <Button
       id={id}
       role="switch"
       class={`switch ${danger ? "danger" : ""}`}
@@ -89,11 +89,11 @@ export function Switch({ id, label, on, danger, flip, ...rest }: SwitchProps) {
     >
       <span>{label}</span>
       <span class="switch-track" aria-hidden="true" />
-    </Do>
+    </Button>
   );
 }
 
-interface DoProps extends MayBeOff, Omit<ButtonHTMLAttributes<HTMLButtonElement>, "onClick"> {
+interface ButtonProps extends Disableable, Omit<ButtonHTMLAttributes<HTMLButtonElement>, "onClick"> {
   /** Test id. */
   id?: string;
   press: () => unknown;
@@ -103,7 +103,7 @@ interface DoProps extends MayBeOff, Omit<ButtonHTMLAttributes<HTMLButtonElement>
 }
 
 /** Does something for as long as what it does lasts once: presses meanwhile, such as the second of a double click, do nothing. */
-export function once(): (press: () => unknown) => void {
+export function exclusive(): (press: () => unknown) => void {
   let isUnderWay = false;
   return (press) => {
     if (isUnderWay) return;
@@ -116,13 +116,13 @@ export function once(): (press: () => unknown) => void {
 }
 
 /** A button that does something, once at a time where it gives a promise. */
-export function Do({ id, press, off = false, why, label, text, children = text, ...rest }: DoProps) {
-  const does = useRef<ReturnType<typeof once> | null>(null);
-  does.current ??= once();
+export function Button({ id, press, off = false, why, label, text, children = text, ...rest }: ButtonProps) {
+  const does = useRef<ReturnType<typeof exclusive> | null>(null);
+  does.current ??= exclusive();
   return (
     <button
       type="button"
-      aria-describedby={because(off, why)}
+      aria-describedby={describedBy(off, why)}
       {...rest}
       data-testid={id}
       aria-label={label}
@@ -155,7 +155,7 @@ export function Field({
   );
 }
 
-interface TextFieldProps extends MayBeOff {
+interface TextFieldProps extends Disableable {
   id: string;
   label: string;
   unit?: string;
@@ -216,7 +216,7 @@ export function TextField({
   );
 }
 
-interface PickProps<T extends string | number> extends MayBeOff {
+interface PickProps<T extends string | number> extends Disableable {
   id?: string;
   /** Visible label; `label` is the invisible alternative. */
   title?: string;
@@ -244,7 +244,7 @@ export function Pick<T extends string | number>({
   const select = (
     <select
       aria-label={label}
-      aria-describedby={because(off, why)}
+      aria-describedby={describedBy(off, why)}
       data-testid={id}
       value={value}
       disabled={off}
@@ -261,7 +261,7 @@ export function Pick<T extends string | number>({
 }
 
 /** Column headers of a table. Those of columns with buttons are visually hidden. */
-export function Heads({ names, unseen = [] }: { names: readonly string[]; unseen?: readonly string[] }) {
+export function ColumnHeads({ names, unseen = [] }: { names: readonly string[]; unseen?: readonly string[] }) {
   return (
     <thead>
       <tr>
@@ -276,7 +276,7 @@ export function Heads({ names, unseen = [] }: { names: readonly string[]; unseen
 }
 
 /** Reason for which a control is disabled; renders nothing without one. */
-export function Why({ id, text }: { id: string; text: string | null }) {
+export function Reason({ id, text }: { id: string; text: string | null }) {
   return text === null ? null : (
     <p id={id} class="hint">
       {text}
@@ -284,7 +284,7 @@ export function Why({ id, text }: { id: string; text: string | null }) {
   );
 }
 
-interface NumberInputProps extends MayBeOff {
+interface NumberInputProps extends Disableable {
   id?: string;
   label: string;
   value: number;
@@ -315,13 +315,13 @@ export function NumberInput({
   const typed = useSignal<string | null>(null);
   const take = (text: string) => {
     typed.value = null;
-    const read = numberOf(text);
+    const read = parseNumber(text);
     if (read !== null) set(Math.min(most ?? read, Math.max(least ?? read, read)));
   };
   // A number of the browser's own takes no comma, or another number for it: `20,5` becomes 205.
   const press = (event: KeyboardEvent & { currentTarget: HTMLInputElement }) => {
     const by = { ArrowUp: 1, ArrowDown: -1 }[event.key];
-    const read = numberOf(event.currentTarget.value);
+    const read = parseNumber(event.currentTarget.value);
     if (step === undefined || by === undefined || read === null) return;
     event.preventDefault();
     take(String(Number((read + by * step).toFixed(Math.max(digits, 3)))));
@@ -340,8 +340,8 @@ export function NumberInput({
       inputMode="decimal"
       autocomplete="off"
       aria-label={label}
-      aria-describedby={because(off, why)}
-      aria-invalid={typed.value !== null && numberOf(typed.value) === null}
+      aria-describedby={describedBy(off, why)}
+      aria-invalid={typed.value !== null && parseNumber(typed.value) === null}
       disabled={off}
       data-testid={id}
       value={typed.value ?? String(Number(value.toFixed(digits)))}
@@ -353,7 +353,7 @@ export function NumberInput({
   );
 }
 
-interface RangeProps extends MayBeOff {
+interface RangeProps extends Disableable {
   id: string;
   label?: string;
   least: number;
@@ -394,7 +394,7 @@ export function Range({
       type="range"
       aria-label={label}
       aria-valuetext={text}
-      aria-describedby={because(off, why)}
+      aria-describedby={describedBy(off, why)}
       data-testid={id}
       {...how}
     />
@@ -402,7 +402,7 @@ export function Range({
 }
 
 /** Drop target for files. */
-export function Drop({
+export function DropZone({
   off,
   open,
   children,
@@ -414,7 +414,7 @@ export function Drop({
   children: ComponentChildren;
 }) {
   const over = useSignal(false);
-  useDropped(off ? null : open);
+  useFileDrop(off ? null : open);
   return (
     <div
       class={`drop ${rest.class ?? ""} ${over.value ? "over" : ""}`}
@@ -435,7 +435,7 @@ export function Drop({
 }
 
 /** Number of repetitions; 0 means until stopped. */
-export function Times({
+export function Repetitions({
   id,
   label,
   hint,
@@ -474,7 +474,7 @@ export function OpenFile({
   text,
   open,
   ...rest
-}: MayBeOff & { id: string; accept?: string; text: string; class?: string; open: (files: File[]) => unknown }) {
+}: Disableable & { id: string; accept?: string; text: string; class?: string; open: (files: File[]) => unknown }) {
   const input = useRef<HTMLInputElement>(null);
   const chosen = (field: HTMLInputElement) => {
     const files = [...(field.files ?? [])];
@@ -483,7 +483,7 @@ export function OpenFile({
   };
   return (
     <>
-      <Do id={`${id}-button`} off={off} text={text} press={() => input.current?.click()} {...rest} />
+      <Button id={`${id}-button`} off={off} text={text} press={() => input.current?.click()} {...rest} />
       <input
         ref={input}
         type="file"

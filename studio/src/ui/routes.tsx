@@ -4,10 +4,10 @@ import type { ComponentType } from "preact";
 import { t } from "../i18n";
 import { Move } from "../panels/move";
 import * as store from "../store";
-import { later } from "./later";
-import { Do } from "./parts";
+import { lazy } from "./lazy";
+import { Button } from "./parts";
 
-const LATER: Partial<Record<store.Route, () => Promise<ComponentType>>> = {
+const LAZY_PANELS: Partial<Record<store.Route, () => Promise<ComponentType>>> = {
   gallery: () => import("../panels/gallery").then(({ Gallery }) => Gallery),
   teach: () => import("../panels/teach").then(({ Teach }) => Teach),
   draw: () => import("../panels/draw").then(({ Draw }) => Draw),
@@ -24,11 +24,11 @@ const panels = signal<Partial<Record<store.Route, ComponentType>>>({ move: Move 
 const failed = signal(false);
 
 /** Loads the panel of a route. */
-export async function load(route: store.Route): Promise<void> {
+export async function loadPanel(route: store.Route): Promise<void> {
   if (panels.peek()[route] !== undefined) return;
   failed.value = false;
   try {
-    const panel = await LATER[route]?.();
+    const panel = await LAZY_PANELS[route]?.();
     if (panel !== undefined) panels.value = { ...panels.peek(), [route]: panel };
   } catch {
     failed.value = true;
@@ -39,7 +39,7 @@ export async function load(route: store.Route): Promise<void> {
  * The strip for jobs is loaded with the connection: to report the end of a job it must have
  * received the job's notifications.
  */
-export const Strip = later(
+export const Strip = lazy(
   () => import("../panels/strip").then(({ JobStrip }) => JobStrip),
   () => store.socket.value === "up",
 );
@@ -50,7 +50,7 @@ export function Panel() {
   if (Shown !== undefined) return <Shown />;
   return failed.value ? (
     <p class="card">
-      {t("route.failed")} <Do press={() => load(route)} text={t("route.again")} />
+      {t("route.failed")} <Button press={() => loadPanel(route)} text={t("route.again")} />
     </p>
   ) : null;
 }

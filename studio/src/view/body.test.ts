@@ -50,7 +50,7 @@ test.each([
 
 const measures = { rear: REAR, fore: FORE, half: 79, base: 78, turret: 60, tool: [59.7, 0, 0] } as const;
 
-test("every solid of arm and tools is closed and looks outwards", () => {
+test("every solid of arm and tools is closed with faces outwards", () => {
   const tools = (["none", "suction", "gripper", "pen", "laser", null] as const).flatMap((name) => toolOf(name, 78));
   for (const { link, solid } of [...bodyOf(measures, 78, true), ...tools]) {
     expect(volumeOf(solid), link).toBeGreaterThan(0);

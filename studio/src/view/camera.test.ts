@@ -32,7 +32,7 @@ test.each(VIEWS.flatMap((view) => [0.8, 1.3, 2.2].map((aspect) => [view, aspect]
   },
 );
 
-test("what buttons cover shows nothing", () => {
+test("no point lies in the part covered by buttons", () => {
   const heights = seen(BOX, directionOf("corner"), 2, 0.2).map(([, y]) => y);
   // The lower fifth of the picture is two fifths of its lower half.
   expect(Math.min(...heights)).toBeCloseTo(-0.92 * 0.6, 3);
@@ -62,7 +62,7 @@ test("the reader is in front of the arm: +y is to the right, and from above the 
   expect(base?.[1]).toBeGreaterThan(paper?.[1] ?? 1);
 });
 
-test("the corner is the one from which the work is not behind the arm", () => {
+test("the corner view is taken from the side of the work", () => {
   expect(directionOf("corner")[0]).toBeGreaterThan(0);
   expect(Math.sign(directionOf("corner", 120)[1])).toBe(-Math.sign(directionOf("corner", -120)[1]));
 });

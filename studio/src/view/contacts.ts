@@ -4,7 +4,7 @@ import { Group, type Mesh, type MeshBasicMaterial, Vector3 } from "three";
 import type { State } from "../api";
 import { softShadow } from "./ground";
 import type { Shapes } from "./layers";
-import { drop } from "./mesh";
+import { disposeOf } from "./mesh";
 import type { Point } from "./solid";
 import { type Support, supportOf } from "./stand";
 
@@ -13,21 +13,21 @@ const SHADOW = { blur: 12, opacity: 0.5, fades: 90 };
 const UP = new Vector3(0, 0, 1);
 
 /** Carried object: its position relative to the tip, in the tool's axes. */
-interface Held {
+interface CarriedObject {
   offset: Vector3;
   turn: number;
 }
 
 export class Contacts {
   readonly group = new Group();
-  private readonly held = new Map<string, Held>();
-  private things: readonly Mesh[] = [];
+  private readonly carried = new Map<string, CarriedObject>();
+  private meshes: readonly Mesh[] = [];
   private belts: Shapes["boxes"] = [];
 
   /** Accepts the objects of a new reading of the world. */
-  take(things: readonly Mesh[], belts: Shapes["boxes"], state: State | null): void {
-    [this.things, this.belts] = [things, belts];
-    for (const child of [...this.group.children]) drop(child);
+  update(things: readonly Mesh[], belts: Shapes["boxes"], state: State | null): void {
+    [this.meshes, this.belts] = [things, belts];
+    for (const child of [...this.group.children]) disposeOf(child);
     const carried = new Set<string>();
     for (const mesh of things) {
       const { name, size, held, turn } = mesh.userData as { name: string; size: Point; held: boolean; turn?: number };
@@ -39,7 +39,7 @@ export class Contacts {
       const { x, y, z, r, moving } = state;
       // The pose and the world are read at different times, so their difference is wrong during
       // motion.
-      if (moving && this.held.has(name)) continue;
+      if (moving && this.carried.has(name)) continue;
       const angle = (-r * Math.PI) / 180;
       const offset = moving
         ? new Vector3(0, 0, -size[2])
@@ -47,9 +47,9 @@ export class Contacts {
             .clone()
             .sub(new Vector3(x, y, z))
             .applyAxisAngle(UP, angle);
-      this.held.set(name, { offset, turn: ((turn ?? 0) * Math.PI) / 180 + angle });
+      this.carried.set(name, { offset, turn: ((turn ?? 0) * Math.PI) / 180 + angle });
     }
-    for (const name of [...this.held.keys()]) if (!carried.has(name)) this.held.delete(name);
+    for (const name of [...this.carried.keys()]) if (!carried.has(name)) this.carried.delete(name);
   }
 
   /** Moves carried objects to the tip, and every shadow below its object. */
@@ -59,7 +59,7 @@ export class Contacts {
     const supports = this.supports();
     for (const shadow of this.group.children as Mesh[]) {
       const mesh = shadow.userData.of as Mesh;
-      const held = this.held.get(String(mesh.userData.name));
+      const held = this.carried.get(String(mesh.userData.name));
       if (held !== undefined) {
         mesh.position.copy(held.offset).applyAxisAngle(UP, turn).add(at);
         mesh.rotation.z = held.turn + turn;
@@ -77,7 +77,7 @@ export class Contacts {
   private supports(): Array<Support & { of: Mesh | null }> {
     return [
       ...this.belts.map((belt) => ({ ...belt, top: (belt.at[2] ?? 0) + (belt.size[2] ?? 0), of: null })),
-      ...this.things.map((mesh) => {
+      ...this.meshes.map((mesh) => {
         const size = mesh.userData.size as Point;
         const turn = (mesh.rotation.z * 180) / Math.PI;
         return { at: mesh.position.toArray(), size, turn, top: mesh.position.z + size[2], of: mesh };

@@ -5,12 +5,12 @@ import { type Box, show } from "./layers";
 
 export type Sides = Record<string, [number, number]>;
 /** Extent of a side that the fence does not limit, mm, beyond the reach of any arm. */
-const FAR = 420;
+const OPEN_EXTENT = 420;
 
 function boxOf(sides: Sides, color: string, opacity: number): Box {
   const side = (axis: string): [number, number] => {
-    const [least, most] = sides[axis] ?? [-FAR, FAR];
-    return [Math.max(-FAR, least), Math.min(FAR, most)];
+    const [least, most] = sides[axis] ?? [-OPEN_EXTENT, OPEN_EXTENT];
+    return [Math.max(-OPEN_EXTENT, least), Math.min(OPEN_EXTENT, most)];
   };
   const [x, y, z] = [side("x"), side("y"), side("z")];
   return {

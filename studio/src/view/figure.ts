@@ -2,7 +2,7 @@
 import { Group, Mesh, MeshBasicMaterial, MeshLambertMaterial, MeshPhongMaterial, Vector3 } from "three";
 import type { Model } from "../store";
 import { ACCENT, bodyOf, JAWS, type Link, measuresOf, type Part, RODS, type ToolName, toolOf } from "./body";
-import { drop, merged } from "./mesh";
+import { disposeOf, merged } from "./mesh";
 import { lathe, moved, plate } from "./solid";
 
 export type Joint = "j1" | "j2" | "j3" | "j4" | "rail";
@@ -10,14 +10,14 @@ export type Joints = Record<Joint, number>;
 export type Gripper = "open" | "closed" | "off";
 
 /** Links that remain opaque, since they stand behind the drawing. */
-const FIRM = ["base", "turret"];
+const OPAQUE_LINKS = ["base", "turret"];
 /** Length of the axes at the tip, mm. */
-const AXIS = 26;
-const BEAM = "#6a48ff";
+const AXIS_LENGTH = 26;
+const BEAM_COLOR = "#6a48ff";
 /** Share of its opening that the gripper closes in one frame. */
-const CLOSES = 0.18;
+const JAW_SHARE = 0.18;
 
-const BALL: ReadonlyArray<readonly [number, number]> = [
+const BALL_PROFILE: ReadonlyArray<readonly [number, number]> = [
   [0.1, -2.6],
   [1.9, -1.8],
   [2.6, 0],
@@ -35,20 +35,20 @@ export class Figure {
   /** Tip of the tool, with the tool's orientation. */
   tip = new Group();
   private joints: Array<{ group: Group; link: Link; joint: Joint; sign: number; at: Vector3 }> = [];
-  private readonly firm = new MeshPhongMaterial({ vertexColors: true, specular: 0x30343a, shininess: 28 });
-  private readonly faint = new MeshPhongMaterial({ vertexColors: true, specular: 0x30343a, shininess: 28 });
+  private readonly opaqueMaterial = new MeshPhongMaterial({ vertexColors: true, specular: 0x30343a, shininess: 28 });
+  private readonly fadingMaterial = new MeshPhongMaterial({ vertexColors: true, specular: 0x30343a, shininess: 28 });
   /**
    * Material of the depth pass: a copy of each link writes only the depth buffer, so that only the
    * front surface of a translucent arm is visible.
    */
-  private readonly depth = new MeshBasicMaterial({ colorWrite: false, transparent: true });
+  private readonly depthMaterial = new MeshBasicMaterial({ colorWrite: false, transparent: true });
   private readonly fading: Mesh[] = [];
-  private readonly twins: Mesh[] = [];
+  private readonly depthMeshes: Mesh[] = [];
   private readonly beam = new Group();
   private readonly axes = new Mesh();
   private jaws: Array<{ group: Group; sign: number }> = [];
-  private gap: number = JAWS.off;
-  private wantedGap: number = JAWS.off;
+  private opening: number = JAWS.off;
+  private targetOpening: number = JAWS.off;
   private opacity = 1;
 
   /**
@@ -89,41 +89,41 @@ export class Figure {
     }
     for (const [name, group] of groups) {
       const own = parts.filter(({ link }) => link === name);
-      if (own.length > 0) this.dress(group, own, FIRM.includes(name));
+      if (own.length > 0) this.addParts(group, own, OPAQUE_LINKS.includes(name));
     }
-    this.mark();
+    this.addTipMarks();
     this.setOpacity(this.opacity, true);
-    this.open(0);
+    this.moveJaws(0);
   }
 
-  private dress(group: Group, parts: readonly Part[], isFirm: boolean): void {
-    const mesh = new Mesh(merged(parts), isFirm ? this.firm : this.faint);
+  private addParts(group: Group, parts: readonly Part[], isFirm: boolean): void {
+    const mesh = new Mesh(merged(parts), isFirm ? this.opaqueMaterial : this.fadingMaterial);
     mesh.castShadow = mesh.receiveShadow = true;
     group.add(mesh);
     if (isFirm) return;
-    const twin = new Mesh(mesh.geometry, this.depth);
+    const twin = new Mesh(mesh.geometry, this.depthMaterial);
     [twin.renderOrder, mesh.renderOrder] = [1, 2];
     group.add(twin);
     this.fading.push(mesh);
-    this.twins.push(twin);
+    this.depthMeshes.push(twin);
   }
 
   /** Builds the marks at the tip: axes and the laser beam. */
-  private mark(): void {
+  private addTipMarks(): void {
     this.axes.geometry = merged([
-      { color: "#e5484d", solid: plate("yz", [[0, 0, 0.8]], 2, AXIS, 0.2) },
+      { color: "#e5484d", solid: plate("yz", [[0, 0, 0.8]], 2, AXIS_LENGTH, 0.2) },
       {
         color: "#2f9e64",
         solid: lathe(
           [
             [0.8, 2],
-            [0.8, AXIS],
+            [0.8, AXIS_LENGTH],
           ],
           "y",
         ),
       },
-      { color: "#3b82f6", solid: rod(2, AXIS, 0.8) },
-      { color: ACCENT, solid: lathe(BALL) },
+      { color: "#3b82f6", solid: rod(2, AXIS_LENGTH, 0.8) },
+      { color: ACCENT, solid: lathe(BALL_PROFILE) },
     ]);
     this.axes.material = new MeshBasicMaterial({ vertexColors: true, depthTest: false, transparent: true });
     this.axes.renderOrder = 4;
@@ -133,7 +133,7 @@ export class Figure {
       mesh.renderOrder = 3;
       return mesh;
     };
-    const [core, halo] = [light(BEAM, rod(0, 1, 0.9), 1), light(BEAM, rod(0, 1, 2.8), 0.28)];
+    const [core, halo] = [light(BEAM_COLOR, rod(0, 1, 0.9), 1), light(BEAM_COLOR, rod(0, 1, 2.8), 0.28)];
     const [spot, ember] = [light("#fff1c9", rod(0.2, 0.8, 2), 1), light("#ff7a29", rod(0, 0.3, 6.5), 0.5)];
     for (const part of [core, halo]) part.name = "ray";
     this.beam.add(halo, core, ember, spot);
@@ -151,7 +151,7 @@ export class Figure {
   }
 
   /** Shows the beam from the laser down to a surface `below` its tip, mm; null hides it. */
-  burn(below: number | null): void {
+  showBeam(below: number | null): void {
     this.beam.visible = below !== null;
     // The upward axis would coincide with the beam.
     this.axes.visible = below === null;
@@ -162,28 +162,29 @@ export class Figure {
 
   /** Sets the gripper's target opening; `width` is that of the held object, mm. */
   setGripper(gripper: Gripper | null, width: number | null): void {
-    this.wantedGap = gripper === "closed" && width !== null ? Math.min(JAWS.open, width / 2) : JAWS[gripper ?? "off"];
+    this.targetOpening =
+      gripper === "closed" && width !== null ? Math.min(JAWS.open, width / 2) : JAWS[gripper ?? "off"];
   }
 
   /** Moves the jaws by a share of the remaining distance. Returns true if they still move. */
-  open(share = CLOSES): boolean {
-    const left = this.wantedGap - this.gap;
-    this.gap = Math.abs(left) < 0.2 || share >= 1 ? this.wantedGap : this.gap + left * share;
-    for (const { group, sign } of this.jaws) group.position.y = sign * this.gap;
-    return this.gap !== this.wantedGap && this.jaws.length > 0;
+  moveJaws(share = JAW_SHARE): boolean {
+    const left = this.targetOpening - this.opening;
+    this.opening = Math.abs(left) < 0.2 || share >= 1 ? this.targetOpening : this.opening + left * share;
+    for (const { group, sign } of this.jaws) group.position.y = sign * this.opening;
+    return this.opening !== this.targetOpening && this.jaws.length > 0;
   }
 
   /** Sets the opacity of the parts that can hide the drawing; 1 is opaque. */
   setOpacity(opacity: number, anew = false): void {
     if (opacity === this.opacity && !anew) return;
     const isFaint = opacity < 1;
-    if (isFaint !== this.faint.transparent) {
-      this.faint.transparent = isFaint;
-      this.faint.needsUpdate = true;
+    if (isFaint !== this.fadingMaterial.transparent) {
+      this.fadingMaterial.transparent = isFaint;
+      this.fadingMaterial.needsUpdate = true;
     }
-    this.opacity = this.faint.opacity = opacity;
+    this.opacity = this.fadingMaterial.opacity = opacity;
     for (const mesh of this.fading) mesh.castShadow = !isFaint;
-    for (const twin of this.twins) twin.visible = isFaint;
+    for (const twin of this.depthMeshes) twin.visible = isFaint;
   }
 
   /** Translucent tool for the target position. */
@@ -203,12 +204,12 @@ export class Figure {
 
   /** Disposes of the arm's parts. three.js uploads the shared materials again for the next arm. */
   clear(): void {
-    drop(this.axes);
-    drop(this.beam);
+    disposeOf(this.axes);
+    disposeOf(this.beam);
     this.beam.clear();
-    for (const child of [...this.root.children]) drop(child);
+    for (const child of [...this.root.children]) disposeOf(child);
     this.joints = [];
     this.jaws = [];
-    this.fading.length = this.twins.length = 0;
+    this.fading.length = this.depthMeshes.length = 0;
   }
 }

@@ -41,7 +41,7 @@ test("a picture of the core is turned to the reader with its size", () => {
   expect(turned.match(/<path/g)).toHaveLength(1);
 });
 
-test("what is no picture stays as it is", () => {
+test("text without a picture stays unchanged", () => {
   expect(toReader("")).toBe("");
   expect(toReader("<svg><path/></svg>")).toBe("<svg><path/></svg>");
 });
@@ -65,7 +65,7 @@ test("bounds are those of the points, with room", () => {
   expect(boundsOf([])).toEqual({ x: 0, y: 0, width: 0, height: 0 });
 });
 
-test("a point is a line that can be seen", () => {
+test("a single point becomes a visible line", () => {
   expect(pathOf([[1, 2]])).toBe("M1 2h0");
   expect(
     pathOf([

@@ -16,7 +16,7 @@ import {
 import type { Model } from "../store";
 import { bodyOf, type Link, measuresOf, RODS, type Part as Solid, toolOf } from "./body";
 import { directionOf } from "./camera";
-import { drop, merged } from "./mesh";
+import { disposeOf, merged } from "./mesh";
 import { coarse } from "./solid";
 import { standOn } from "./stand";
 
@@ -29,12 +29,12 @@ export interface Place {
   height: number;
 }
 
-const NAMES = ["j1", "j2", "j3", "j4", "l"];
+const JOINT_NAMES = ["j1", "j2", "j3", "j4", "l"];
 const RADIANS = Math.PI / 180;
 /** Extent of an arm's surroundings along the shorter side of its tile, mm. */
-const SEEN = 440;
+const VIEW_EXTENT = 440;
 /** Duration of the transition to a new state, ms. */
-const GLIDE = 320;
+const GLIDE_DURATION = 320;
 
 interface Part {
   /** Null for a link that only carries others. */
@@ -55,7 +55,7 @@ export class FleetScene {
   private readonly parts: Part[] = [];
   private readonly shown: number[][] = [];
   private from: number[][] = [];
-  private wanted: number[][] = [];
+  private targets: number[][] = [];
   private readonly origins: Vector3[] = [];
   private scale = 1;
   private movedAt = 0;
@@ -111,7 +111,7 @@ export class FleetScene {
       parent: link.parent === null ? -1 : order.indexOf(link.parent),
       axis: new Vector3().fromArray(link.axis),
       at,
-      joint: link.joint === null ? -1 : NAMES.indexOf(link.joint.replace("-", "")),
+      joint: link.joint === null ? -1 : JOINT_NAMES.indexOf(link.joint.replace("-", "")),
       sign: link.joint?.startsWith("-") ? -1 : 1,
     };
   }
@@ -119,7 +119,7 @@ export class FleetScene {
   /** Sets the rectangles of the arms in the page. */
   setPlaces(places: readonly Place[], width: number, height: number): void {
     this.renderer.setSize(width, height);
-    this.scale = SEEN / Math.min(places[0]?.width ?? 1, places[0]?.height ?? 1);
+    this.scale = VIEW_EXTENT / Math.min(places[0]?.width ?? 1, places[0]?.height ?? 1);
     const [half, tall] = [(width * this.scale) / 2, (height * this.scale) / 2];
     Object.assign(this.camera, { left: -half, right: half, top: tall, bottom: -tall, near: 1, far: 9000 });
     this.camera.updateProjectionMatrix();
@@ -138,15 +138,15 @@ export class FleetScene {
 
   /** Sets the joints of the arms. An arm without joints is not drawn, since its pose is unknown. */
   setJoints(joints: ReadonlyArray<Joints | null>): void {
-    const before = this.wanted;
-    this.wanted = joints.map((one) => [...(one ?? [])]);
+    const before = this.targets;
+    this.targets = joints.map((one) => [...(one ?? [])]);
     if (
-      this.wanted.every(
+      this.targets.every(
         (one, arm) => one.length === before[arm]?.length && one.every((value, joint) => value === before[arm]?.[joint]),
       )
     )
       return;
-    this.from = this.wanted.map((one, arm) => [...(before[arm]?.length ? (this.shown[arm] ?? one) : one)]);
+    this.from = this.targets.map((one, arm) => [...(before[arm]?.length ? (this.shown[arm] ?? one) : one)]);
     this.movedAt = performance.now();
     this.wake();
   }
@@ -155,7 +155,7 @@ export class FleetScene {
     cancelAnimationFrame(this.frame);
     for (const { mesh } of this.parts) {
       if (mesh === null) continue;
-      drop(mesh);
+      disposeOf(mesh);
       mesh.dispose();
     }
     this.renderer.dispose();
@@ -170,12 +170,12 @@ export class FleetScene {
   private draw(): void {
     this.frame = 0;
     const began = performance.now();
-    const share = Math.min(1, (began - this.movedAt) / GLIDE);
-    const count = Math.min(this.most, this.origins.length, this.wanted.length);
+    const share = Math.min(1, (began - this.movedAt) / GLIDE_DURATION);
+    const count = Math.min(this.most, this.origins.length, this.targets.length);
     for (let arm = 0; arm < count; arm++) {
-      const [from, to] = [this.from[arm] ?? [], this.wanted[arm] ?? []];
+      const [from, to] = [this.from[arm] ?? [], this.targets[arm] ?? []];
       const now = (this.shown[arm] ??= []);
-      for (let joint = 0; joint < NAMES.length; joint++)
+      for (let joint = 0; joint < JOINT_NAMES.length; joint++)
         now[joint] = (from[joint] ?? 0) + ((to[joint] ?? 0) - (from[joint] ?? 0)) * share;
       this.pose(arm, now, to.length > 0);
     }
@@ -195,7 +195,7 @@ export class FleetScene {
       const origin = this.origins[arm];
       if (frame === undefined || origin === undefined) return;
       const value = joint < 0 ? 0 : sign * (joints[joint] ?? 0);
-      const rail = NAMES[joint] === "l";
+      const rail = JOINT_NAMES[joint] === "l";
       this.step
         .makeRotationFromQuaternion(this.turn.setFromAxisAngle(axis, rail ? 0 : value * RADIANS))
         .setPosition(at);

@@ -14,7 +14,7 @@ import {
   PlaneGeometry,
   ShadowMaterial,
 } from "three";
-import { drop } from "./mesh";
+import { disposeOf } from "./mesh";
 
 /** Radius at which the table fades out, mm. */
 const RADIUS = 560;
@@ -83,7 +83,7 @@ export class Ground {
 
   /** Builds the table in the page's colours. */
   setColors(lines: string, strong: string, top: string): void {
-    drop(this.parts);
+    disposeOf(this.parts);
     this.parts = new Group();
     this.group.add(this.parts);
     const [positions, colors]: [number[], number[]] = [[], []];
@@ -139,7 +139,7 @@ export class Ground {
   }
 
   end(): void {
-    drop(this.parts);
+    disposeOf(this.parts);
     this.sun.dispose();
   }
 }

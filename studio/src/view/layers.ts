@@ -50,7 +50,7 @@ export function show(layer: Layer, lines: readonly Lines[], boxes: readonly Box[
 }
 
 /** Called with the position to which the user drags a named box; null disables dragging. */
-export const hand = signal<((name: string, at: [number, number, number]) => void) | null>(null);
+export const onObjectDragged = signal<((name: string, at: [number, number, number]) => void) | null>(null);
 
 export interface Target {
   x: number;
@@ -61,4 +61,4 @@ export interface Target {
 /** Target pose that the user is about to choose, shown as a translucent tool. */
 export const target = signal<Target | null>(null);
 /** Called with a position pressed on the table in the view from above. */
-export const pressed = signal<((x: number, y: number) => void) | null>(null);
+export const onTablePressed = signal<((x: number, y: number) => void) | null>(null);

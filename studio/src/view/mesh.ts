@@ -28,7 +28,7 @@ export function solidGeometry(solid: number[]): BufferGeometry {
 }
 
 /** Removes a part from the scene and frees its graphics memory. */
-export function drop(part: Object3D): void {
+export function disposeOf(part: Object3D): void {
   part.removeFromParent();
   part.traverse((one: Object3D) => {
     const { geometry, material } = one as Partial<Mesh>;

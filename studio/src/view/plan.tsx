@@ -5,20 +5,20 @@ import type { RefObject } from "preact";
 import { useRef } from "preact/hooks";
 import * as store from "../store";
 import { pathOf } from "./flat";
-import { type Box, type Lines, layers, pressed, target } from "./layers";
+import { type Box, type Lines, layers, onTablePressed, target } from "./layers";
 import "./plan.css";
 import { reach } from "./reach";
-import { tinted } from "./tint";
+import { mutedColor } from "./tint";
 
 /** Extent of the picture, mm: to both sides, and from behind the arm to the front. */
 const HALF = 360;
 const [HIGH, LOW] = [-140, 360];
 /** Transform with y to the right and x down. */
 const FRONT = "matrix(0 1 1 0 0 0)";
-const MOST = 200;
+const MAX_TRAIL = 200;
 
 /** Margin inside the picture, px. */
-const RIM = 12;
+const MARGIN = 12;
 
 export function Plan({ place }: { place: RefObject<HTMLElement | null> }) {
   const svg = useRef<SVGSVGElement>(null);
@@ -28,7 +28,7 @@ export function Plan({ place }: { place: RefObject<HTMLElement | null> }) {
   const measured = () => {
     const box = svg.current?.getBoundingClientRect();
     if (box === undefined) return null;
-    const scale = Math.min((box.width - 2 * RIM) / (2 * HALF), (box.height - 2 * RIM) / (LOW - HIGH));
+    const scale = Math.min((box.width - 2 * MARGIN) / (2 * HALF), (box.height - 2 * MARGIN) / (LOW - HIGH));
     return { x: box.left + box.width / 2, y: box.top + box.height / 2 - ((LOW + HIGH) / 2) * scale, scale };
   };
   useSignalEffect(() => {
@@ -40,18 +40,18 @@ export function Plan({ place }: { place: RefObject<HTMLElement | null> }) {
   });
   const here = state === null ? null : `${state.y.toFixed(1)},${state.x.toFixed(1)}`;
   if (here !== null && trail.current[trail.current.length - 1] !== here)
-    trail.current = [...trail.current.slice(1 - MOST), here];
+    trail.current = [...trail.current.slice(1 - MAX_TRAIL), here];
   const outlines = reach.value?.outlines ?? [];
   const turned = state === null ? 0 : -state.r;
   const goal = target.value;
   const press = (event: { clientX: number; clientY: number }) => {
     const at = measured();
-    if (at !== null) pressed.value?.((event.clientY - at.y) / at.scale, (event.clientX - at.x) / at.scale);
+    if (at !== null) onTablePressed.value?.((event.clientY - at.y) / at.scale, (event.clientX - at.x) / at.scale);
   };
   return (
     <svg
       ref={svg}
-      class={`plan ${pressed.value === null ? "" : "aims"}`}
+      class={`plan ${onTablePressed.value === null ? "" : "aims"}`}
       viewBox={`${-HALF} ${HIGH} ${2 * HALF} ${LOW - HIGH}`}
       aria-hidden="true"
       onClick={press}
@@ -113,7 +113,7 @@ function Rect({ at: [x = 0, y = 0], size: [length = 0, width = 0], turn = 0, col
       y={-width / 2}
       width={length}
       height={width}
-      fill={colorOf(name === undefined ? color : tinted(color))}
+      fill={colorOf(name === undefined ? color : mutedColor(color))}
       opacity={opacity ?? 1}
     />
   );

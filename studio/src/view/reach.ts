@@ -7,26 +7,26 @@ import * as store from "../store";
 export const reach = signal<{ outlines: number[][][]; z: number } | null>(null);
 
 /** Shortest interval between two requests, ms. */
-const PAUSE = 250;
-let asked = "";
-let busy = false;
+const REQUEST_INTERVAL = 250;
+let requestedKey = "";
+let isRequesting = false;
 
 effect(() => {
   const state = store.state.value;
   const bias = store.model.value?.tool.bias;
   if (state === null) {
     reach.value = null;
-    asked = "";
+    requestedKey = "";
   } else if (bias && store.isUp.value) {
-    void look(Math.round(state.z), bias);
+    void requestReach(Math.round(state.z), bias);
   }
 });
 
-async function look(z: number, tool: number[]): Promise<void> {
+async function requestReach(z: number, tool: number[]): Promise<void> {
   const wanted = `${z} ${String(tool)}`;
-  if (busy || wanted === asked) return;
-  busy = true;
-  asked = wanted;
+  if (isRequesting || wanted === requestedKey) return;
+  isRequesting = true;
+  requestedKey = wanted;
   try {
     const { outlines } = await call("motion.reach", { z, tool });
     reach.value = { outlines, z };
@@ -35,9 +35,9 @@ async function look(z: number, tool: number[]): Promise<void> {
     reach.value = null;
   }
   setTimeout(() => {
-    busy = false;
+    isRequesting = false;
     const state = store.state.peek();
     const bias = store.model.peek()?.tool.bias;
-    if (state !== null && bias) void look(Math.round(state.z), bias);
-  }, PAUSE);
+    if (state !== null && bias) void requestReach(Math.round(state.z), bias);
+  }, REQUEST_INTERVAL);
 }

@@ -5,16 +5,16 @@ import { t } from "../i18n";
 import { theme } from "../settings";
 import * as store from "../store";
 import { colorAt } from "../ui/color";
-import { Do } from "../ui/parts";
+import { Button } from "../ui/parts";
 import { sentencesOf } from "../words";
 import { VIEWS, type View } from "./camera";
-import { layers, pressed, target } from "./layers";
+import { layers, onTablePressed, target } from "./layers";
 import { mountedOf } from "./mounted";
 import { reach } from "./reach";
 import "./scene.css";
-import { world } from "./seen";
 import { ArmScene } from "./stage";
 import texts from "./words.json";
+import { world } from "./world";
 
 const w = sentencesOf(texts);
 /** Zoom factor of a button. */
@@ -28,7 +28,7 @@ const ICONS = {
 
 /** Opens the picture in an element. Throws if the browser cannot render it. */
 export function open(place: HTMLElement) {
-  const scene = new ArmScene(place, (x, y) => pressed.value?.(x, y));
+  const scene = new ArmScene(place, (x, y) => onTablePressed.value?.(x, y));
   const view = signal<View | null>("corner");
   const follows = signal(false);
   const letters = (["x", "y"] as const).map((name) => {
@@ -53,11 +53,11 @@ export function open(place: HTMLElement) {
     say("tip", tip.map((value) => value.toFixed(2)).join(","));
     say("camera", camera.join(","));
   };
-  scene.eye.covers = () => {
+  scene.rig.coveredShare = () => {
     const bar = place.parentElement?.querySelector(".cameras")?.getBoundingClientRect();
     return bar === undefined ? 0 : Math.max(0, (place.getBoundingClientRect().bottom - bar.top) / place.clientHeight);
   };
-  scene.eye.onTaken = () => (view.value = null);
+  scene.rig.onUserTurn = () => (view.value = null);
   // Every state contains a tool. The arm is rebuilt only when it differs.
   const tool = computed(() => mountedOf(store.state.value?.tool, world.value?.draws));
   const table = computed(() => world.value?.table?.height ?? null);
@@ -87,7 +87,7 @@ export function open(place: HTMLElement) {
     }),
     effect(() => scene.setLayers(layers.value, color)),
     effect(() => scene.setTarget(target.value)),
-    effect(() => void place.classList.toggle("aims", pressed.value !== null && view.value === "top")),
+    effect(() => void place.classList.toggle("aims", onTablePressed.value !== null && view.value === "top")),
   ];
   const end = () => {
     dark.removeEventListener("change", colors);
@@ -98,32 +98,32 @@ export function open(place: HTMLElement) {
   const look = (name: View) => {
     view.value = name;
     follows.value = false;
-    scene.eye.setFollow(false);
-    scene.eye.look(name);
+    scene.rig.setFollow(false);
+    scene.rig.look(name);
   };
   const follow = () => {
     follows.value = !follows.value;
-    scene.eye.setFollow(follows.value);
+    scene.rig.setFollow(follows.value);
   };
   const Zoom = ({ name, press }: { name: keyof typeof ICONS; press: () => void }) => (
-    <Do id={name === "fit" ? "view-fit" : `view-zoom-${name}`} label={w(name)} title={w(name)} press={press}>
+    <Button id={name === "fit" ? "view-fit" : `view-zoom-${name}`} label={w(name)} title={w(name)} press={press}>
       <svg viewBox="0 0 24 24" aria-hidden="true">
         <path d={ICONS[name]} />
       </svg>
-    </Do>
+    </Button>
   );
   const Buttons = () => {
-    useEffect(() => scene.eye.arrange(true), []);
+    useEffect(() => scene.rig.reframe(true), []);
     return (
       <>
         <div class="zooms" role="group" aria-label={w("zoom")}>
-          <Zoom name="in" press={() => scene.eye.zoom(ZOOM)} />
-          <Zoom name="out" press={() => scene.eye.zoom(1 / ZOOM)} />
-          <Zoom name="fit" press={() => scene.eye.fit()} />
+          <Zoom name="in" press={() => scene.rig.zoom(ZOOM)} />
+          <Zoom name="out" press={() => scene.rig.zoom(1 / ZOOM)} />
+          <Zoom name="fit" press={() => scene.rig.fit()} />
         </div>
         <div class="cameras" role="group" aria-label={t("view.cameras")}>
           {VIEWS.map((name) => (
-            <Do
+            <Button
               key={name}
               id={`view-${name}`}
               aria-pressed={view.value === name}
@@ -131,7 +131,7 @@ export function open(place: HTMLElement) {
               press={() => look(name)}
             />
           ))}
-          <Do id="view-follow" aria-pressed={follows.value} text={w("follow")} press={follow} />
+          <Button id="view-follow" aria-pressed={follows.value} text={w("follow")} press={follow} />
         </div>
       </>
     );

@@ -18,10 +18,10 @@ import {
   Vector2,
   Vector3,
 } from "three";
-import { hand, type Lines, type Shapes } from "./layers";
+import { type Lines, onObjectDragged, type Shapes } from "./layers";
 import { solidGeometry } from "./mesh";
 import { box as solidBox } from "./solid";
-import { tinted } from "./tint";
+import { mutedColor } from "./tint";
 
 export type Css = (color: string) => string;
 
@@ -57,7 +57,7 @@ export function shapesOf({ lines, boxes }: Shapes, css: Css): Group {
     const geometry = isThing
       ? solidGeometry(solidBox([-x / 2, -y / 2, 0], [x / 2, y / 2, z], 1.6, 0.9))
       : new BoxGeometry(x, y, z).translate(0, 0, z / 2);
-    const color = isThing ? tinted(css(box.color)) : css(box.color);
+    const color = isThing ? mutedColor(css(box.color)) : css(box.color);
     const opacity = box.opacity ?? 1;
     const mesh = new Mesh(
       geometry,
@@ -111,7 +111,7 @@ export function dragging(
     const [hit] = ray
       .intersectObjects(boxes()?.children ?? [], false)
       .filter(({ object }) => object.userData.name !== undefined);
-    return hand.value === null ? undefined : hit;
+    return onObjectDragged.value === null ? undefined : hit;
   };
   const down = (event: PointerEvent) => {
     if (event.target !== place.querySelector("canvas") || event.button !== 0) return;
@@ -143,7 +143,7 @@ export function dragging(
     held = null;
     turned(true);
     if (event.type === "pointerup" && !mesh.position.equals(from)) {
-      hand.value?.(String(mesh.userData.name), mesh.position.toArray());
+      onObjectDragged.value?.(String(mesh.userData.name), mesh.position.toArray());
     } else {
       mesh.position.copy(from);
       redraw();

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { box, lathe, normalsOf, plate, tube, volumeOf } from "./solid";
 
-test("a box has its volume and looks outwards", () => {
+test("a box has its volume and faces outwards", () => {
   const volume = volumeOf(box([-10, -20, 0], [10, 20, 30], 0.02, 0.01));
   expect(volume).toBeGreaterThan(20 * 40 * 30 * 0.99);
   expect(volume).toBeLessThan(20 * 40 * 30 * 1.001);

@@ -71,7 +71,7 @@ export function loft(rings: ReadonlyArray<readonly Point[]>): number[] {
       if (nth === rings.length - 1) face(middle(ring), ring[at], ring[to]);
     }
   });
-  return volumeOf(all) < 0 ? turnedInside(all) : all;
+  return volumeOf(all) < 0 ? reversed(all) : all;
 }
 
 function middle(ring: readonly Point[]): Point {
@@ -91,14 +91,14 @@ export function volumeOf(corners: readonly number[]): number {
   return six / 6;
 }
 
-function turnedInside(corners: readonly number[]): number[] {
+function reversed(corners: readonly number[]): number[] {
   const all: number[] = [];
   for (let at = 0; at < corners.length; at += 9)
     all.push(...corners.slice(at, at + 3), ...corners.slice(at + 6, at + 9), ...corners.slice(at + 3, at + 6));
   return all;
 }
 
-const PLACES: Record<PlatePlane, (u: number, v: number, w: number) => Point> = {
+const PLATE_POINTS: Record<PlatePlane, (u: number, v: number, w: number) => Point> = {
   xy: (u, v, w) => [u, v, w],
   xz: (u, v, w) => [u, w, v],
   yz: (u, v, w) => [w, u, v],
@@ -112,7 +112,7 @@ export function plate(
   most: number,
   bevel = 1.5,
 ): number[] {
-  const place = PLACES[plane];
+  const place = PLATE_POINTS[plane];
   const count = cornersOf(circles.map(([, , radius]) => radius));
   const ring = (inset: number, w: number) => hull(circles, count, inset).map(([u, v]) => place(u, v, w));
   return loft([ring(bevel, least), ring(0, least + bevel), ring(0, most - bevel), ring(bevel, most)]);
@@ -135,7 +135,7 @@ export const box = (from: Point, to: Point, radius = 3, bevel = 1.2): number[] =
  * other.
  */
 export function lathe(profile: ReadonlyArray<readonly [radius: number, z: number]>, along: "z" | "y" = "z"): number[] {
-  const place = PLACES[along === "z" ? "xy" : "xz"];
+  const place = PLATE_POINTS[along === "z" ? "xy" : "xz"];
   const count = cornersOf(profile.map(([radius]) => radius));
   return loft(profile.map(([radius, z]) => hull([[0, 0, radius]], count).map(([u, v]) => place(u, v, z))));
 }
@@ -197,7 +197,7 @@ export const moved = (all: readonly number[], by: Point): number[] =>
  * Tolerance for equal corners, mm, and largest coordinate in these steps: three rounded coordinates
  * then fit exactly into one number.
  */
-const [SAME, SPAN] = [0.01, 50_000];
+const [EQUAL_TOLERANCE, MAX_STEPS] = [0.01, 50_000];
 
 /** Normal for each corner: smooth across flat edges, and flat at creases. */
 export function normalsOf(all: readonly number[]): Float32Array {
@@ -214,7 +214,8 @@ export function normalsOf(all: readonly number[]): Float32Array {
       units.push(unit(face));
     }
     let key = 0;
-    for (let axis = 0; axis < 3; axis++) key = key * 2 * SPAN + Math.round((all[nth * 3 + axis] ?? 0) / SAME) + SPAN;
+    for (let axis = 0; axis < 3; axis++)
+      key = key * 2 * MAX_STEPS + Math.round((all[nth * 3 + axis] ?? 0) / EQUAL_TOLERANCE) + MAX_STEPS;
     keys[nth] = key;
     const there = places.get(key);
     if (there === undefined) places.set(key, [faces.length - 1]);

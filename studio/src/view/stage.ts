@@ -21,59 +21,59 @@ import type { Model } from "../store";
 import { measuresOf, type ToolName } from "./body";
 import { opacityOf } from "./camera";
 import { Contacts } from "./contacts";
-import { Eye } from "./eye";
 import { Figure, type Joints } from "./figure";
 import { boundsOf } from "./flat";
 import { Ground, LETTERS } from "./ground";
 import type { Layer, Shapes, Target } from "./layers";
-import { drop } from "./mesh";
+import { disposeOf } from "./mesh";
+import { CameraRig } from "./rig";
 import { type Css, dragging, shapesOf } from "./shapes";
 import type { Point } from "./solid";
 import { type Stand, standOn } from "./stand";
 
-const TRAIL = 400;
+const MAX_TRAIL = 400;
 /** Time for which a piece of the path is visible, ms. */
-const FADES = 20_000;
+const TRAIL_DURATION = 20_000;
 /** Duration of the transition to a new state, ms: about the interval between two states. */
-const GLIDE = 60;
+const GLIDE_DURATION = 60;
 /**
  * Frame time, ms, that indicates rendering without a graphics chip after `SLOW_FRAMES` consecutive
  * frames.
  */
-const SLOW = 36;
+const SLOW_FRAME_TIME = 36;
 const SLOW_FRAMES = 20;
 /** Pixel ratio for rendering without a graphics chip. */
-const COARSE = 0.5;
+const SLOW_PIXEL_RATIO = 0.5;
 /** Shortest interval between reports of the tip and camera while the picture moves, ms. */
-const TELLS = 250;
+const REPORT_INTERVAL = 250;
 /** Largest movement of a press on the table, px. */
-const STILL = 6;
+const PRESS_TOLERANCE = 6;
 /** Largest x and y of work that the camera frames, mm. Farther work is clamped to it. */
-const WORK = 330;
-export interface Drawn {
+const WORK_LIMIT = 330;
+export interface DrawnFrame {
   /** Tip of the tool, CSS pixels from the upper left corner. */
   tip: [number, number];
   camera: number[];
 }
 
 /** Names of drivers that render without a graphics chip. Chromium reports it in no other way. */
-const PROCESSORS = /SwiftShader|llvmpipe|softpipe|Basic Render|Software/i;
+const SOFTWARE_RENDERERS = /SwiftShader|llvmpipe|softpipe|Basic Render|Software/i;
 
-function isDrawnByProcessor(gl: WebGLRenderingContext | WebGL2RenderingContext): boolean {
+function isSoftwareRenderer(gl: WebGLRenderingContext | WebGL2RenderingContext): boolean {
   const named = gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER;
-  return PROCESSORS.test(String(gl.getParameter(named)));
+  return SOFTWARE_RENDERERS.test(String(gl.getParameter(named)));
 }
 
 export class ArmScene {
   /**
    * Called with the tip and camera when the picture is at rest, and at intervals while it moves.
    */
-  onDrawn: (drawn: Drawn) => void = () => {};
+  onDrawn: (drawn: DrawnFrame) => void = () => {};
   /** Called with the positions of the axes' letters after every camera motion. */
   onTurned: (letters: Record<"x" | "y", [number, number]>) => void = () => {};
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
-  readonly eye: Eye;
+  readonly rig: CameraRig;
   private readonly figure = new Figure();
   private readonly ground = new Ground();
   private readonly reach = new Group();
@@ -82,31 +82,31 @@ export class ArmScene {
   private model: Model | null = null;
   private tool: ToolName | null = null;
   private stand: Stand = standOn(null, 0);
-  private built = "";
+  private builtKey = "";
   private readonly shown: Joints = { j1: 0, j2: 0, j3: 0, j4: 0, rail: 0 };
-  private wanted: Joints | null = null;
+  private targetJoints: Joints | null = null;
   private from: Joints = { ...this.shown };
   private moveAt = 0;
   private state: State | null = null;
   private target: Target | null = null;
   private readonly trail: Array<{ at: Vector3; t: number }> = [];
   private readonly trailLine: Line;
-  private readonly still = matchMedia("(prefers-reduced-motion: reduce)");
+  private readonly reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
   private frame = 0;
-  private faded: ReturnType<typeof setTimeout> | undefined;
-  private due: ReturnType<typeof setTimeout> | undefined;
+  private fadeTimer: ReturnType<typeof setTimeout> | undefined;
+  private drawTimer: ReturnType<typeof setTimeout> | undefined;
   private lastDraw = 0;
-  private told = 0;
-  private seenFrom = "";
-  private slow = 0;
+  private reportedAt = 0;
+  private framedContent = "";
+  private slowFrames = 0;
   /**
    * Economy mode without a graphics chip: one frame for each state, no shadows, fewer pixels, and
    * the rest of the page is rendered first.
    */
-  private spares = false;
+  private isEconomical = false;
   private readonly sizes: ResizeObserver;
   private readonly layers = new Map<Layer, { group: Group; shapes: Shapes }>();
-  private readonly over = new AbortController();
+  private readonly listenersEnd = new AbortController();
   private readonly endDragging: () => void;
 
   constructor(
@@ -119,12 +119,12 @@ export class ArmScene {
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.domElement.setAttribute("aria-hidden", "true");
     place.prepend(this.renderer.domElement);
-    this.eye = new Eye(this.renderer.domElement, this.still, () => this.wake());
-    this.eye.sights = () => this.sights();
-    if (isDrawnByProcessor(this.renderer.getContext())) this.spare();
+    this.rig = new CameraRig(this.renderer.domElement, this.reducedMotion, () => this.wake());
+    this.rig.visiblePoints = () => this.visiblePoints();
+    if (isSoftwareRenderer(this.renderer.getContext())) this.economize();
     const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(new Float32Array(TRAIL * 3), 3));
-    geometry.setAttribute("color", new BufferAttribute(new Float32Array(TRAIL * 4), 4));
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(MAX_TRAIL * 3), 3));
+    geometry.setAttribute("color", new BufferAttribute(new Float32Array(MAX_TRAIL * 4), 4));
     this.trailLine = new Line(
       geometry,
       new LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }),
@@ -135,10 +135,10 @@ export class ArmScene {
     this.sizes = new ResizeObserver(() => this.resize());
     this.sizes.observe(place);
     this.resize();
-    this.eye.look("corner", true);
-    const turned = (is: boolean) => (this.eye.controls.enabled = is);
+    this.rig.look("corner", true);
+    const turned = (is: boolean) => (this.rig.controls.enabled = is);
     const objects = () => this.layers.get("objects")?.group;
-    this.endDragging = dragging(place, this.eye.camera, objects, turned, () => this.wake());
+    this.endDragging = dragging(place, this.rig.camera, objects, turned, () => this.wake());
     this.listen(press);
   }
 
@@ -148,7 +148,7 @@ export class ArmScene {
    */
   private listen(press: (x: number, y: number) => void): void {
     let down: { x: number; y: number } | null = null;
-    const { signal } = this.over;
+    const { signal } = this.listenersEnd;
     const canvas = this.renderer.domElement;
     // A second finger means a pinch.
     const begin = ({ isPrimary, clientX, clientY }: PointerEvent) =>
@@ -157,9 +157,9 @@ export class ArmScene {
     const up = (event: PointerEvent) => {
       const from = down;
       down = null;
-      if (from === null || Math.hypot(event.clientX - from.x, event.clientY - from.y) > STILL) return;
+      if (from === null || Math.hypot(event.clientX - from.x, event.clientY - from.y) > PRESS_TOLERANCE) return;
       const at = this.tableAt(event);
-      if (this.eye.isAbove() && at !== null) press(at.x, at.y);
+      if (this.rig.isAbove() && at !== null) press(at.x, at.y);
     };
     canvas.addEventListener("pointerup", up, { signal });
   }
@@ -168,7 +168,7 @@ export class ArmScene {
     const { left, top, width, height } = this.place.getBoundingClientRect();
     const ray = new Raycaster();
     const at = new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
-    ray.setFromCamera(at, this.eye.camera);
+    ray.setFromCamera(at, this.rig.camera);
     return ray.ray.intersectPlane(new Plane(new Vector3(0, 0, 1), -this.stand.surface), new Vector3());
   }
 
@@ -177,25 +177,25 @@ export class ArmScene {
     const { base, turret } = measuresOf(model);
     const stand = standOn(table, base + turret, model.tool.bias[2] ?? 0);
     const key = JSON.stringify([model.links, tool, stand]);
-    if (key === this.built) return;
-    this.built = key;
+    if (key === this.builtKey) return;
+    this.builtKey = key;
     [this.model, this.tool, this.stand] = [model, tool, stand];
     this.figure.build(model, tool, stand.lift);
     this.ground.group.position.z = stand.floor;
     this.trail.length = 0;
     this.figure.pose(this.shown);
-    this.haunt();
-    this.settle();
+    this.updateGhost();
+    this.reframe();
   }
 
   setState(state: State): void {
     const { j1, j2, j3, j4, rail } = state;
     const next = { j1, j2, j3, j4, rail: rail ?? 0 };
-    const before = this.wanted;
+    const before = this.targetJoints;
     const tools = this.state?.tool;
     this.state = state;
     const isSame = tools?.laser === state.tool.laser && tools?.gripper === state.tool.gripper;
-    if (!isSame) this.grip();
+    if (!isSame) this.updateGripper();
     // An unchanged state needs no frame.
     if (
       before !== null &&
@@ -204,7 +204,7 @@ export class ArmScene {
     )
       return;
     this.from = { ...this.shown };
-    this.wanted = next;
+    this.targetJoints = next;
     this.moveAt = performance.now();
     if (before === null) {
       Object.assign(this.shown, next);
@@ -218,14 +218,14 @@ export class ArmScene {
     return this.layers.get(layer)?.shapes.boxes ?? [];
   }
 
-  private grip(): void {
+  private updateGripper(): void {
     const things = this.boxesOf("objects");
     const width = things.find(({ held }) => held)?.size[1] ?? null;
     this.figure.setGripper(this.state?.tool.gripper ?? null, width);
   }
 
   setReach(outlines: number[][][], z: number, color: string): void {
-    for (const child of [...this.reach.children]) drop(child);
+    for (const child of [...this.reach.children]) disposeOf(child);
     for (const outline of outlines) {
       const points = outline.flatMap(([x, y]) => [x ?? 0, y ?? 0, 0]);
       const geometry = new BufferGeometry();
@@ -242,12 +242,12 @@ export class ArmScene {
   /** Sets the target pose; null hides the translucent tool. */
   setTarget(target: Target | null): void {
     this.target = target;
-    this.haunt();
+    this.updateGhost();
     this.wake();
   }
 
-  private haunt(): void {
-    if (this.ghost !== null) drop(this.ghost);
+  private updateGhost(): void {
+    if (this.ghost !== null) disposeOf(this.ghost);
     this.ghost = null;
     const { target, model } = this;
     if (target === null || model === null) return;
@@ -261,7 +261,7 @@ export class ArmScene {
   setLayers(layers: ReadonlyMap<Layer, Shapes>, css: Css, anew = false): void {
     for (const [name, { group, shapes }] of this.layers) {
       if (!anew && layers.get(name) === shapes) continue;
-      drop(group);
+      disposeOf(group);
       this.layers.delete(name);
     }
     for (const [name, shapes] of layers) {
@@ -271,9 +271,9 @@ export class ArmScene {
       this.scene.add(group);
     }
     const things = (this.layers.get("objects")?.group.children ?? []) as Mesh[];
-    this.contacts.take(things, this.boxesOf("belt"), this.state);
-    this.grip();
-    this.settle();
+    this.contacts.update(things, this.boxesOf("belt"), this.state);
+    this.updateGripper();
+    this.reframe();
   }
 
   setColors(lines: string, strong: string, top: string): void {
@@ -282,7 +282,7 @@ export class ArmScene {
   }
 
   /** Points that must be visible: the arm, and the work in front of it. */
-  private sights(): { points: Point[]; side: number } {
+  private visiblePoints(): { points: Point[]; side: number } {
     const { floor, lift } = this.stand;
     const points: Point[] = [
       [-80, -79, floor],
@@ -294,7 +294,7 @@ export class ArmScene {
       [270, -30, lift + 40],
       [270, 30, lift + 40],
     ];
-    const within = (value: number) => Math.min(WORK, Math.max(-WORK, value));
+    const within = (value: number) => Math.min(WORK_LIMIT, Math.max(-WORK_LIMIT, value));
     const work: Point[] = [];
     for (const name of ["paper", "objects", "belt"] as const) {
       for (const { at, size, turn = 0 } of this.boxesOf(name)) {
@@ -327,29 +327,30 @@ export class ArmScene {
   /**
    * Frames the picture after the objects on the table have changed, unless the user has turned it.
    */
-  private settle(): void {
+  private reframe(): void {
     const fixed = (["paper", "belt"] as const).map((name) => this.boxesOf(name).map(({ at, size }) => [at, size]));
     const seen = JSON.stringify([this.stand, fixed, this.boxesOf("objects").map(({ name }) => name)]);
-    if (seen !== this.seenFrom) {
-      const isFirst = this.told === 0;
-      this.seenFrom = seen;
-      this.eye.arrange(isFirst);
+    if (seen !== this.framedContent) {
+      const isFirst = this.reportedAt === 0;
+      this.framedContent = seen;
+      this.rig.reframe(isFirst);
     }
     this.wake();
   }
 
   end(): void {
     cancelAnimationFrame(this.frame);
-    clearTimeout(this.due);
-    clearTimeout(this.faded);
-    this.over.abort();
+    clearTimeout(this.drawTimer);
+    clearTimeout(this.fadeTimer);
+    this.listenersEnd.abort();
     this.sizes.disconnect();
     this.endDragging();
-    for (const { group } of this.layers.values()) drop(group);
-    for (const group of [this.reach, this.contacts.group, this.trailLine, this.ghost]) if (group !== null) drop(group);
+    for (const { group } of this.layers.values()) disposeOf(group);
+    for (const group of [this.reach, this.contacts.group, this.trailLine, this.ghost])
+      if (group !== null) disposeOf(group);
     this.figure.clear();
     this.ground.end();
-    this.eye.controls.dispose();
+    this.rig.controls.dispose();
     this.renderer.dispose();
     // Browsers permit only a few contexts and collect unreleased ones late.
     this.renderer.forceContextLoss();
@@ -360,8 +361,8 @@ export class ArmScene {
     const { clientWidth: width, clientHeight: height } = this.place;
     if (width === 0 || height === 0) return;
     this.renderer.setSize(width, height);
-    this.eye.setSize(width, height);
-    this.eye.arrange(true);
+    this.rig.setSize(width, height);
+    this.rig.reframe(true);
     this.wake();
   }
 
@@ -370,57 +371,57 @@ export class ArmScene {
     // The browser presents a frame only when every canvas in it is rendered, so a slow canvas is
     // rendered after the page's numbers.
     this.frame = requestAnimationFrame(() => {
-      if (this.spares) this.due = setTimeout(() => this.draw());
+      if (this.isEconomical) this.drawTimer = setTimeout(() => this.draw());
       else this.draw();
     });
   }
 
   private draw(): void {
     this.frame = 0;
-    clearTimeout(this.faded);
+    clearTimeout(this.fadeTimer);
     const now = performance.now();
-    let goesOn = this.figure.open(this.still.matches || this.spares ? 1 : undefined);
-    if (this.wanted !== null) {
-      const share = this.spares ? 1 : Math.min(1, (now - this.moveAt) / GLIDE);
+    let goesOn = this.figure.moveJaws(this.reducedMotion.matches || this.isEconomical ? 1 : undefined);
+    if (this.targetJoints !== null) {
+      const share = this.isEconomical ? 1 : Math.min(1, (now - this.moveAt) / GLIDE_DURATION);
       for (const joint of Object.keys(this.shown) as Array<keyof Joints>) {
-        this.shown[joint] = this.from[joint] + (this.wanted[joint] - this.from[joint]) * share;
+        this.shown[joint] = this.from[joint] + (this.targetJoints[joint] - this.from[joint]) * share;
       }
       this.figure.pose(this.shown);
       goesOn ||= share < 1;
     }
     this.figure.root.updateMatrixWorld(true);
     const tip = new Vector3().setFromMatrixPosition(this.figure.tip.matrixWorld);
-    goesOn = this.eye.step(tip, now) || goesOn;
+    goesOn = this.rig.step(tip, now) || goesOn;
     const goal = this.ghost?.position;
     // Near the tip the translucent tool would only overlap the tool.
     if (this.ghost !== null && goal) this.ghost.visible = goal.distanceTo(tip) > 2;
     const burns = this.tool === "laser" && this.state?.tool.laser === true;
-    this.figure.burn(burns ? Math.max(0, tip.z - this.stand.surface) : null);
+    this.figure.showBeam(burns ? Math.max(0, tip.z - this.stand.surface) : null);
     this.contacts.carry(this.figure.tip, this.stand.surface);
     const fades = this.drawTrail(tip, now);
-    const { camera, controls } = this.eye;
+    const { camera, controls } = this.rig;
     controls.update();
-    this.figure.setOpacity(opacityOf(this.eye.elevation()));
+    this.figure.setOpacity(opacityOf(this.rig.elevation()));
     camera.updateMatrixWorld();
     this.renderer.render(this.scene, camera);
     this.measure(now);
-    this.tell(tip, now, goesOn);
+    this.report(tip, now, goesOn);
     if (goesOn) this.wake();
-    else if (fades) this.faded = setTimeout(() => this.wake(), 150);
+    else if (fades) this.fadeTimer = setTimeout(() => this.wake(), 150);
   }
 
   /** Draws the path of the tip, older pieces fainter. Returns true if any of it is visible. */
   private drawTrail(tip: Vector3, now: number): boolean {
     const last = this.trail[this.trail.length - 1];
-    if (this.wanted !== null && this.model !== null && (last === undefined || last.at.distanceTo(tip) > 0.8)) {
+    if (this.targetJoints !== null && this.model !== null && (last === undefined || last.at.distanceTo(tip) > 0.8)) {
       this.trail.push({ at: tip.clone(), t: now });
-      if (this.trail.length > TRAIL) this.trail.shift();
+      if (this.trail.length > MAX_TRAIL) this.trail.shift();
     }
-    while (this.trail.length > 1 && now - (this.trail[0]?.t ?? 0) > FADES) this.trail.shift();
+    while (this.trail.length > 1 && now - (this.trail[0]?.t ?? 0) > TRAIL_DURATION) this.trail.shift();
     const { position, color } = this.trailLine.geometry.attributes as Record<string, BufferAttribute>;
     this.trail.forEach(({ at, t }, place) => {
       position?.setXYZ(place, at.x, at.y, at.z);
-      color?.setXYZW(place, 0.18, 0.56, 1, Math.max(0, 1 - (now - t) / FADES));
+      color?.setXYZW(place, 0.18, 0.56, 1, Math.max(0, 1 - (now - t) / TRAIL_DURATION));
     });
     if (position && color) position.needsUpdate = color.needsUpdate = true;
     this.trailLine.geometry.setDrawRange(0, this.trail.length);
@@ -432,28 +433,28 @@ export class ArmScene {
     const gap = now - this.lastDraw;
     this.lastDraw = now;
     if (gap > 120) return;
-    this.slow = gap > SLOW ? this.slow + 1 : 0;
-    if (this.slow > SLOW_FRAMES) this.spare();
+    this.slowFrames = gap > SLOW_FRAME_TIME ? this.slowFrames + 1 : 0;
+    if (this.slowFrames > SLOW_FRAMES) this.economize();
   }
 
-  private spare(): void {
-    if (this.spares) return;
-    this.spares = true;
+  private economize(): void {
+    if (this.isEconomical) return;
+    this.isEconomical = true;
     this.ground.sun.castShadow = false;
-    this.renderer.setPixelRatio(COARSE);
+    this.renderer.setPixelRatio(SLOW_PIXEL_RATIO);
   }
 
-  private tell(tip: Vector3, now: number, goesOn: boolean): void {
+  private report(tip: Vector3, now: number, goesOn: boolean): void {
     const { clientWidth: width, clientHeight: height } = this.place;
     const pixel = (at: Vector3): [number, number] => {
-      const { x, y } = at.clone().project(this.eye.camera);
+      const { x, y } = at.clone().project(this.rig.camera);
       return [((x + 1) / 2) * width, ((1 - y) / 2) * height];
     };
     const letter = ([x, y]: readonly [number, number]) => pixel(new Vector3(x, y, this.stand.floor));
     this.onTurned({ x: letter(LETTERS.x), y: letter(LETTERS.y) });
-    if (goesOn && now - this.told < TELLS) return;
-    this.told = now;
-    const { projectionMatrix, matrixWorldInverse } = this.eye.camera;
+    if (goesOn && now - this.reportedAt < REPORT_INTERVAL) return;
+    this.reportedAt = now;
+    const { projectionMatrix, matrixWorldInverse } = this.rig.camera;
     const camera = projectionMatrix.clone().multiply(matrixWorldInverse);
     this.onDrawn({ tip: pixel(tip), camera: camera.toArray() });
   }

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { mountedOf } from "./mounted";
 import { standOn, supportOf } from "./stand";
-import { tinted } from "./tint";
+import { mutedColor } from "./tint";
 
 const SHOULDER = 138;
 test("the base stands on the table, a sheet's thickness below what the tip touches", () => {
@@ -9,7 +9,7 @@ test("the base stands on the table, a sheet's thickness below what the tip touch
   expect(standOn(null, SHOULDER)).toEqual(standOn(-60, SHOULDER));
 });
 
-test("a tool is neither too short nor too long to be one, and the floor is below the table all the same", () => {
+test("the length of a tool is clamped, and the floor stays below the table", () => {
   expect(standOn(-130, SHOULDER).lift).toBe(48);
   expect(standOn(-130, SHOULDER).floor).toBe(-132);
   expect(standOn(40, SHOULDER).lift).toBe(110);
@@ -18,7 +18,7 @@ test("a tool is neither too short nor too long to be one, and the floor is below
   expect(standOn(-130, SHOULDER, 20).lift).toBe(28);
 });
 
-test("what lies below a point is the highest thing under it that is not above it", () => {
+test("the support of a point is the highest top that is not above it", () => {
   const belt = { at: [260, 0], size: [600, 80], turn: 90, top: -30 };
   expect(supportOf([260, 200, -30], [belt], -60)).toBe(-30);
   expect(supportOf([200, 200, -30], [belt], -60)).toBe(-60);
@@ -26,7 +26,7 @@ test("what lies below a point is the highest thing under it that is not above it
 });
 
 const tool = { name: "suction", bias: null, suction: null, gripper: null, laser: null } as const;
-test("the tool is what leaves lines, else what was switched, else what was chosen", () => {
+test("the mounted tool is the one that draws, else the one switched, else the one configured", () => {
   expect(mountedOf(tool, "pen")).toBe("pen");
   expect(mountedOf(tool, null)).toBe("suction");
   expect(mountedOf({ ...tool, gripper: "open" }, null)).toBe("gripper");
@@ -37,10 +37,10 @@ test("the tool is what leaves lines, else what was switched, else what was chose
 });
 
 test("glaring colours are softened, others are kept", () => {
-  expect(tinted("#ff0000")).toBe("#d8544f");
-  expect(tinted("#00a000")).toBe("#46a671");
-  expect(tinted("#0000ff")).toBe("#4479d4");
-  expect(tinted("#c08070")).toBe("#c08070");
-  expect(tinted("#808080")).toBe("#808080");
-  expect(tinted("--belt")).toBe("--belt");
+  expect(mutedColor("#ff0000")).toBe("#d8544f");
+  expect(mutedColor("#00a000")).toBe("#46a671");
+  expect(mutedColor("#0000ff")).toBe("#4479d4");
+  expect(mutedColor("#c08070")).toBe("#c08070");
+  expect(mutedColor("#808080")).toBe("#808080");
+  expect(mutedColor("--belt")).toBe("--belt");
 });

@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
 import * as store from "../store";
 import "./fence";
-import { watchWorld } from "./seen";
+import { watchWorld } from "./world";
 
 export function ArmView() {
   const place = useRef<HTMLDivElement>(null);

@@ -61,13 +61,18 @@ impl Figure {
     }
 
     fn line(&self) -> String {
-        let mut line = format!("  {:<34}{:>12} {}", self.name, shown(self.value), self.unit);
+        let mut line = format!(
+            "  {:<34}{:>12} {}",
+            self.name,
+            format_number(self.value),
+            self.unit
+        );
         for (name, value) in &self.more {
-            line += &format!(", {name} {}", shown(*value));
+            line += &format!(", {name} {}", format_number(*value));
         }
         if let Some((word, goal, met)) = self.goal() {
             let met = if met { "met" } else { "MISSED" };
-            line += &format!(" (goal {word} {}: {met})", shown(goal));
+            line += &format!(" (goal {word} {}: {met})", format_number(goal));
         }
         line
     }
@@ -88,7 +93,7 @@ impl Figure {
 }
 
 /// Formats a number with its significant digits and a thousands separator.
-fn shown(value: f64) -> String {
+fn format_number(value: f64) -> String {
     let decimals = match value.abs() {
         100.0.. => 0,
         10.0.. => 1,

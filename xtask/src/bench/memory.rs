@@ -7,8 +7,8 @@ use std::time::Duration;
 use magician_protocol::{Ctrl, FrameBuf};
 use magician_sim::{ArmInstant, Controller, LineTiming};
 
-use super::crowd::served;
 use super::figure::Figure;
+use super::many_arms::with_served_arms;
 use super::program::{USB, send};
 
 /// Number of arms whose mean is taken, because resident memory grows by whole pages.
@@ -40,7 +40,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
         && arm.now() == ArmInstant::ZERO));
     drop(std::hint::black_box((arms, USB)));
     let before = resident()?;
-    let with_socket = served(ARMS, LineTiming::default(), |addresses| {
+    let with_socket = with_served_arms(ARMS, LineTiming::default(), |addresses| {
         let host = UdpSocket::bind("127.0.0.1:0")?;
         // Fails instead of hanging if an arm does not answer.
         host.set_read_timeout(Some(Duration::from_secs(5)))?;

@@ -4,15 +4,15 @@
 //! Rates are for one core. Each is measured several times; the figure is the median. The best is
 //! given too, since it is closer to an idle machine.
 
-mod crowd;
-mod door;
 pub(crate) mod figure;
+mod many_arms;
 mod memory;
 mod pacing;
 mod program;
 mod scaling;
 mod speed;
 mod stepped;
+mod vendor_library;
 
 use std::error::Error;
 use std::path::Path;
@@ -30,17 +30,17 @@ const PARTS: [(&str, &str, Measure); 9] = [
         speed::cp()
     }),
     ("traced", "S2: arm-seconds a second, pose at 1 kHz", |_| {
-        speed::traced()
+        speed::polled()
     }),
     ("stepped", "beside a simulation in steps", |_| {
         stepped::measure()
     }),
-    ("s3", "S3: arms in real time", |_| crowd::measure()),
+    ("s3", "S3: arms in real time", |_| many_arms::measure()),
     ("s6", "S6: pacing at 115200 baud", |_| pacing::measure()),
     (
         "door",
         "calls a second through the vendor's C interface",
-        door::measure,
+        vendor_library::measure,
     ),
     (
         "scaling",

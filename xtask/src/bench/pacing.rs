@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use magician_protocol::{BAUD_RATE, Ctrl, FrameBuf};
 use magician_sim::{Controller, HostInstant, LineTiming, Runner, Speed};
 
-use super::crowd::served;
 use super::figure::Figure;
+use super::many_arms::with_served_arms;
 use super::program::USB;
 
 const LINE: LineTiming = LineTiming {
@@ -33,7 +33,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
         }
     }
     let in_theory = (now - HostInstant::ZERO).as_secs_f64();
-    let real = served(1, LINE, |addresses| {
+    let real = with_served_arms(1, LINE, |addresses| {
         let host = UdpSocket::bind("127.0.0.1:0")?;
         // Fails instead of hanging if the arm does not answer.
         host.set_read_timeout(Some(Duration::from_secs(5)))?;

@@ -14,10 +14,10 @@ pub(super) fn frame<T: Writable>(ctrl: Ctrl, value: &T) -> FrameBuf {
 }
 
 /// Position of the tool: x, y, z in mm, r in deg.
-pub(super) type Place = [f32; 4];
+pub(super) type Position = [f32; 4];
 
 /// Four positions of a workplace.
-pub(super) const PLACES: [Place; 4] = [
+pub(super) const POSITIONS: [Position; 4] = [
     [250.0, 0.0, 20.0, 0.0],
     [220.0, 120.0, -30.0, 30.0],
     [180.0, -140.0, 10.0, -20.0],
@@ -30,7 +30,7 @@ pub(super) fn pick_and_place() -> Vec<PtpCmd> {
     let modes = [PtpMode::MovjXyz, PtpMode::MovlXyz, PtpMode::JumpXyz];
     (0..24)
         .map(|at| {
-            let [x, y, z, r] = PLACES[at % 4];
+            let [x, y, z, r] = POSITIONS[at % 4];
             let ptp_mode = modes[(at + at / 4) % 3];
             PtpCmd {
                 ptp_mode,

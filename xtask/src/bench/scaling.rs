@@ -18,15 +18,15 @@ const ARMS: [usize; 13] = [
 ];
 const THREADS: [usize; 2] = [1, 2];
 /// Repetitions and duration of each point. The best counts, because other programs run too.
-const TRIES: usize = 3;
-const LASTING: Duration = Duration::from_millis(300);
+const REPETITIONS: usize = 3;
+const POINT_DURATION: Duration = Duration::from_millis(300);
 const COLORS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0)];
 const INK: RGBColor = RGBColor(60, 60, 60);
 const FAINT: RGBColor = RGBColor(200, 200, 200);
 
 /// Returns the arm-seconds per second of this many arms on this thread, which take turns with their
 /// rounds of commands.
-fn alone(arms: usize, frames: &[FrameBuf]) -> f64 {
+fn rate_on_this_thread(arms: usize, frames: &[FrameBuf]) -> f64 {
     let mut arms: Vec<Controller> = (0..arms).map(|_| arm()).collect();
     let mut done = Duration::ZERO;
     let mut run = |arm: &mut Controller| {
@@ -40,7 +40,7 @@ fn alone(arms: usize, frames: &[FrameBuf]) -> f64 {
     'all: loop {
         for arm in &mut arms {
             run(arm);
-            if began.elapsed() > LASTING {
+            if began.elapsed() > POINT_DURATION {
                 break 'all;
             }
         }
@@ -48,10 +48,10 @@ fn alone(arms: usize, frames: &[FrameBuf]) -> f64 {
     done.as_secs_f64() / began.elapsed().as_secs_f64()
 }
 
-fn together(arms: usize, threads: usize, frames: &[FrameBuf]) -> f64 {
+fn rate_on_threads(arms: usize, threads: usize, frames: &[FrameBuf]) -> f64 {
     thread::scope(|scope| {
         let workers: Vec<_> = (0..threads)
-            .map(|nth| scope.spawn(move || alone((arms + nth) / threads, frames)))
+            .map(|nth| scope.spawn(move || rate_on_this_thread((arms + nth) / threads, frames)))
             .collect();
         let rates = workers.into_iter().map(|worker| worker.join());
         rates.map(|rate| rate.unwrap_or(f64::NAN)).sum()
@@ -69,7 +69,7 @@ pub(super) fn measure(docs: &Path) -> Result<Vec<Figure>, Box<dyn Error>> {
     for threads in THREADS {
         let mut line = Vec::new();
         for arms in ARMS.into_iter().filter(|arms| *arms >= threads) {
-            let tries = (0..TRIES).map(|_| together(arms, threads, &frames));
+            let tries = (0..REPETITIONS).map(|_| rate_on_threads(arms, threads, &frames));
             let rate = tries.fold(0.0, f64::max);
             let name = format!("{arms} arms on {threads} threads");
             figures.push(Figure::new(name, rate, "arm-seconds/s"));

@@ -11,34 +11,35 @@ use super::program::{arm, frame, hatching, pick_and_place, plotter, ring, stream
 /// Commands per round.
 const COMMANDS: usize = 100_000;
 /// Commands per round if the pose is read every millisecond.
-const COMMANDS_LOOKED_AT: usize = 1_000;
+const POLLED_COMMANDS: usize = 1_000;
 
 /// Interval of reading the pose, µs.
-const LOOK: u64 = 1_000;
+const POLL_INTERVAL_US: u64 = 1_000;
 
 /// Returns this many frames by repeating the commands.
-fn queued<T: Writable>(commands: &[T], count: usize) -> Vec<FrameBuf> {
+fn repeated_frames<T: Writable>(commands: &[T], count: usize) -> Vec<FrameBuf> {
     let frames = commands.iter().map(|command| frame(Ctrl::QUEUED, command));
     let once: Vec<FrameBuf> = frames.collect();
     once.into_iter().cycle().take(count).collect()
 }
 
 /// Returns the duration of the frames in arm-seconds, simulated by events alone.
-fn events(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
+fn simulate_by_events(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
     let began = arm.now();
     stream(arm, frames, |_, _| ());
     (arm.now() - began).as_secs_f64()
 }
 
 /// Returns the duration of the frames in arm-seconds, reading the pose every millisecond.
-fn looked_at(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
+fn simulate_with_polls(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
     let began = arm.now();
     stream(arm, frames, |arm, at| {
-        let mut look = arm.now().as_micros() / LOOK * LOOK + LOOK;
+        let mut look =
+            arm.now().as_micros() / POLL_INTERVAL_US * POLL_INTERVAL_US + POLL_INTERVAL_US;
         while look < at.as_micros() {
             arm.advance(ArmInstant::from_micros(look));
             std::hint::black_box(arm.state());
-            look += LOOK;
+            look += POLL_INTERVAL_US;
         }
     });
     (arm.now() - began).as_secs_f64()
@@ -63,8 +64,8 @@ fn figure(name: &str, mut arm: Controller, frames: &[FrameBuf], work: Work) -> F
 
 /// Measures S1, point to point.
 pub(super) fn ptp() -> Result<Vec<Figure>, Box<dyn Error>> {
-    let frames = queued(&pick_and_place(), COMMANDS);
-    let figure = figure("S1 ptp", arm(), &frames, events);
+    let frames = repeated_frames(&pick_and_place(), COMMANDS);
+    let figure = figure("S1 ptp", arm(), &frames, simulate_by_events);
     Ok(vec![figure.at_least(1e6)])
 }
 
@@ -72,10 +73,10 @@ pub(super) fn ptp() -> Result<Vec<Figure>, Box<dyn Error>> {
 pub(super) fn cp() -> Result<Vec<Figure>, Box<dyn Error>> {
     let mut figures = Vec::new();
     for (name, commands) in [("ring", ring()), ("hatching", hatching())] {
-        let frames = queued(&commands, COMMANDS);
+        let frames = repeated_frames(&commands, COMMANDS);
         for speed in [100.0, 200.0] {
             let name = format!("S1 cp 1 mm {name} {speed}/{speed}");
-            let figure = figure(&name, plotter(speed, speed), &frames, events);
+            let figure = figure(&name, plotter(speed, speed), &frames, simulate_by_events);
             figures.push(figure.at_least(1e4));
         }
     }
@@ -83,24 +84,30 @@ pub(super) fn cp() -> Result<Vec<Figure>, Box<dyn Error>> {
 }
 
 /// Measures S2.
-pub(super) fn traced() -> Result<Vec<Figure>, Box<dyn Error>> {
-    let moves = queued(&pick_and_place(), COMMANDS_LOOKED_AT);
-    let segments = queued(&ring(), 20 * COMMANDS_LOOKED_AT);
+pub(super) fn polled() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let moves = repeated_frames(&pick_and_place(), POLLED_COMMANDS);
+    let segments = repeated_frames(&ring(), 20 * POLLED_COMMANDS);
     let plotter = plotter(100.0, 100.0);
     Ok(vec![
-        figure("S2 ptp at 1 kHz", arm(), &moves, looked_at).at_least(1e3),
-        figure("S2 cp 1 mm ring at 1 kHz", plotter, &segments, looked_at).at_least(1e3),
+        figure("S2 ptp at 1 kHz", arm(), &moves, simulate_with_polls).at_least(1e3),
+        figure(
+            "S2 cp 1 mm ring at 1 kHz",
+            plotter,
+            &segments,
+            simulate_with_polls,
+        )
+        .at_least(1e3),
     ])
 }
 
 /// Returns the best rate in arm-seconds per second, point to point, for comparisons.
-pub(super) fn points() -> f64 {
-    let (mut arm, frames) = (arm(), queued(&pick_and_place(), COMMANDS));
-    rate(|| events(&mut arm, &frames)).1
+pub(super) fn ptp_rate() -> f64 {
+    let (mut arm, frames) = (arm(), repeated_frames(&pick_and_place(), COMMANDS));
+    rate(|| simulate_by_events(&mut arm, &frames)).1
 }
 
 /// Returns the same for a path with the settings of power-up.
-pub(super) fn path() -> f64 {
-    let (mut arm, frames) = (plotter(100.0, 100.0), queued(&ring(), COMMANDS));
-    rate(|| events(&mut arm, &frames)).1
+pub(super) fn cp_rate() -> f64 {
+    let (mut arm, frames) = (plotter(100.0, 100.0), repeated_frames(&ring(), COMMANDS));
+    rate(|| simulate_by_events(&mut arm, &frames)).1
 }

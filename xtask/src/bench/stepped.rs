@@ -21,11 +21,11 @@ use super::speed;
 const MOVES: usize = 96;
 const SEGMENTS: usize = 2_000;
 /// Half of 200 mm/s, 200 mm/s², 200 deg/s and 200 deg/s², the settings of power-up, in every unit.
-const MOVE: (f64, f64) = (100.0, 100.0);
+const MOVE_LIMITS: (f64, f64) = (100.0, 100.0);
 /// Speed and acceleration of a path at power-up.
-const PATH: (f64, f64) = (100.0, 100.0);
+const PATH_LIMITS: (f64, f64) = (100.0, 100.0);
 /// Look-ahead of the path with a queue full of segments of 1 mm, mm.
-const AHEAD: f64 = 31.0;
+const LOOK_AHEAD_MM: f64 = 31.0;
 
 struct Stepped {
     geometry: Geometry,
@@ -49,7 +49,7 @@ impl Stepped {
     }
 
     /// Covers a distance in steps, always able to brake in time. `at` receives the share done.
-    fn cover(
+    fn cover_distance(
         &mut self,
         way: f64,
         (most, acceleration): (f64, f64),
@@ -69,26 +69,28 @@ impl Stepped {
         }
     }
 
-    fn joints_to(&mut self, to: &Pose) {
+    fn move_joints_to(&mut self, to: &Pose) {
         let (from, to) = (self.joints.to_array(), self.inverse(to).to_array());
         let way = from
             .iter()
             .zip(to)
             .map(|(from, to)| (to - from).abs())
             .fold(0.0, f64::max);
-        self.cover(way, MOVE, |arm, share| {
+        self.cover_distance(way, MOVE_LIMITS, |arm, share| {
             let joint = |at: usize| from[at] + (to[at] - from[at]) * share;
             arm.joints = JointAngles::new(joint(0), joint(1), joint(2), joint(3));
             arm.pose = arm.geometry.forward(&arm.joints);
         });
     }
 
-    fn straight_to(&mut self, to: &Pose) {
+    fn move_straight_to(&mut self, to: &Pose) {
         let (from, way) = (self.pose, self.pose.distance_to(to));
-        self.cover(way, MOVE, |arm, share| arm.put_between(&from, to, share));
+        self.cover_distance(way, MOVE_LIMITS, |arm, share| {
+            arm.set_between(&from, to, share)
+        });
     }
 
-    fn put_between(&mut self, from: &Pose, to: &Pose, share: f64) {
+    fn set_between(&mut self, from: &Pose, to: &Pose, share: f64) {
         let (from, to) = (from.to_array(), to.to_array());
         let value = |at: usize| from[at] + (to[at] - from[at]) * share;
         self.pose = Pose::new(value(0), value(1), value(2), value(3));
@@ -105,23 +107,23 @@ impl Stepped {
         let [x, y, z, r] = [command.x, command.y, command.z, command.r].map(f64::from);
         let to = Pose::new(x, y, z, r);
         match command.ptp_mode {
-            PtpMode::MovjXyz => self.joints_to(&to),
-            PtpMode::MovlXyz => self.straight_to(&to),
+            PtpMode::MovjXyz => self.move_joints_to(&to),
+            PtpMode::MovlXyz => self.move_straight_to(&to),
             _ => {
                 let top = self.pose.z.max(z) + 20.0;
-                self.straight_to(&Pose {
+                self.move_straight_to(&Pose {
                     z: top,
                     ..self.pose
                 });
-                self.joints_to(&Pose { z: top, ..to });
-                self.straight_to(&to);
+                self.move_joints_to(&Pose { z: top, ..to });
+                self.move_straight_to(&to);
             }
         }
     }
 
     /// Runs a path, as fast as the look-ahead allows for braking.
     fn path(&mut self, commands: &[CpCmd]) {
-        let (most, acceleration) = PATH;
+        let (most, acceleration) = PATH_LIMITS;
         let (mut speed, mut over) = (0.0_f64, 0.0);
         let mut left = 0.0;
         let mut place = self.pose;
@@ -136,7 +138,7 @@ impl Stepped {
             let length = from.distance_to(&to);
             let mut done: f64 = over;
             while done < length {
-                let brakes_in_time = (2.0 * acceleration * (left - done).min(AHEAD))
+                let brakes_in_time = (2.0 * acceleration * (left - done).min(LOOK_AHEAD_MM))
                     .max(0.0)
                     .sqrt();
                 let gained = speed + acceleration * self.step;
@@ -144,7 +146,7 @@ impl Stepped {
                     .min(most)
                     .min(brakes_in_time.max(acceleration * self.step));
                 done += speed * self.step;
-                self.put_between(&from, &to, (done / length).min(1.0));
+                self.set_between(&from, &to, (done / length).min(1.0));
                 self.steps += 1;
                 black_box((&self.joints, &self.pose));
             }
@@ -166,7 +168,7 @@ fn point(command: &CpCmd, r: f64) -> Pose {
 
 /// Returns the best rate in arm-seconds per second with this step, and the duration by the
 /// simulation's own time.
-fn stepped(step: f64, work: impl Fn(&mut Stepped)) -> (f64, f64) {
+fn stepped_rate(step: f64, work: impl Fn(&mut Stepped)) -> (f64, f64) {
     let mut lasted = 0.0;
     let (_, best) = rate(|| {
         let mut arm = Stepped::new(step);
@@ -186,17 +188,17 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let segments: Vec<CpCmd> = ring().into_iter().cycle().take(SEGMENTS).collect();
     let mut figures = Vec::new();
     let works: [(&str, f64, Work<'_>); 2] = [
-        ("ptp", speed::points(), &|arm| {
+        ("ptp", speed::ptp_rate(), &|arm| {
             moves.iter().for_each(|command| arm.point_to_point(command))
         }),
-        ("cp 1 mm", speed::path(), &|arm| {
+        ("cp 1 mm", speed::cp_rate(), &|arm| {
             arm.pose = Pose::new(180.0, 0.0, 10.0, 0.0);
             arm.path(&segments);
         }),
     ];
     for (name, virtual_arm, work) in works {
         for (step, unit) in [(0.001, "1 ms"), (0.02, "20 ms")] {
-            let (rate, lasted) = stepped(step, work);
+            let (rate, lasted) = stepped_rate(step, work);
             figures.push(
                 Figure::new(
                     format!("{name}, ratio to steps of {unit}"),

@@ -54,8 +54,8 @@ fn texts() -> Vec<(String, String)> {
                 let Ok(text) = fs::read_to_string(&path) else {
                     continue;
                 };
-                let place = path.strip_prefix(root()).expect("under the root");
-                found.push((place.to_string_lossy().replace('\\', "/"), text));
+                let target = path.strip_prefix(root()).expect("under the root");
+                found.push((target.to_string_lossy().replace('\\', "/"), text));
             }
         }
     }
@@ -68,19 +68,23 @@ fn line_of(text: &str, at: usize) -> usize {
 }
 
 /// Returns all citations of a file that have no target.
-fn astray(path: &str, text: &str, places: &BTreeMap<&str, BTreeSet<String>>) -> Vec<String> {
+fn broken_citations(
+    path: &str,
+    text: &str,
+    places: &BTreeMap<&str, BTreeSet<String>>,
+) -> Vec<String> {
     let mut wrong = Vec::new();
-    for Citation { range, place } in citations(text) {
-        let (page, anchor) = place.target();
+    for Citation { range, target } in citations(text) {
+        let (page, anchor) = target.page_and_anchor();
         if !places[page].contains(&anchor) {
-            let (line, said) = (line_of(text, range.start), &text[range]);
-            wrong.push(format!("{path}:{line}: {said} is not in docs/{page}"));
+            let (line, cited) = (line_of(text, range.start), &text[range]);
+            wrong.push(format!("{path}:{line}: {cited} is not in docs/{page}"));
         }
     }
     wrong
 }
 
-fn places() -> BTreeMap<&'static str, BTreeSet<String>> {
+fn anchors_by_page() -> BTreeMap<&'static str, BTreeSet<String>> {
     let pages = [
         ("ERRATA.md", "docs/reference/ERRATA.md"),
         ("MODEL.md", "docs/reference/MODEL.md"),
@@ -90,21 +94,21 @@ fn places() -> BTreeMap<&'static str, BTreeSet<String>> {
 
 #[test]
 fn every_cited_erratum_and_section_exists() {
-    let places = places();
+    let places = anchors_by_page();
     let mut wrong = Vec::new();
     let mut count = 0;
     for (path, text) in texts() {
         count += citations(&text).len();
-        wrong.extend(astray(&path, &text, &places));
+        wrong.extend(broken_citations(&path, &text, &places));
     }
     assert!(count > 1000, "{count} citations");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
-fn a_citation_that_leads_nowhere_is_found() {
-    let places = places();
-    let none = |text: &str| assert_eq!(astray("a", text, &places), [""; 0], "{text}");
+fn citation_without_a_target_is_reported() {
+    let places = anchors_by_page();
+    let none = |text: &str| assert_eq!(broken_citations("a", text, &places), [""; 0], "{text}");
     none(&format!("errata {}07, model sections 6 and 15a", 'E'));
     for text in [
         format!("// ({}99)", 'E'),
@@ -113,15 +117,16 @@ fn a_citation_that_leads_nowhere_is_found() {
         format!("({} section 17)", "model"),
         format!("/// ({}\n    /// sections 6, 7\n    /// and 15b)", "model"),
     ] {
-        assert_eq!(astray("a", &text, &places).len(), 1, "{text}");
+        assert_eq!(broken_citations("a", &text, &places).len(), 1, "{text}");
     }
 }
 
 #[test]
-fn all_forms_of_a_citation_are_known() {
+fn every_form_of_a_citation_is_recognized() {
     let cited = |text: &str| -> Vec<String> {
         let all = citations(text).into_iter();
-        all.map(|citation| citation.place.target().1).collect()
+        all.map(|citation| citation.target.page_and_anchor().1)
+            .collect()
     };
     for (text, targets) in [
         ("model section 7", &["section-7"][..]),
@@ -166,14 +171,14 @@ fn citations_become_links() {
         ),
         ("none", "none"),
     ] {
-        assert_eq!(linked(text), page);
+        assert_eq!(with_links(text), page);
     }
 }
 
 /// Every assumption of the virtual arm cites a section or an erratum.
 #[test]
-fn every_basis_leads_to_its_anchor() {
-    let places = places();
+fn every_basis_of_an_assumption_has_an_anchor() {
+    let places = anchors_by_page();
     for assumption in Assumption::ALL {
         let authority = assumption.authority();
         if let Some(link) = authority.link() {
@@ -204,9 +209,9 @@ fn every_number_of_the_firmware_profile_exists() {
             if !["M", "V", "VL", "T", "G"].contains(&letter) {
                 continue;
             }
-            let anchor = match length_of_number(number) {
+            let anchor = match section_number_len(number) {
                 Some(length) if length == number.len() => format!("section-{number}"),
-                _ if numbered(number, &['S']).len() == 1 => {
+                _ if find_numbered(number, &['S']).len() == 1 => {
                     format!("source-{}", number.to_lowercase())
                 }
                 _ => continue,
@@ -223,7 +228,7 @@ fn every_number_of_the_firmware_profile_exists() {
 fn every_source_of_the_model_exists() {
     let anchors = anchors("docs/reference/MODEL.md");
     let page = read("docs/reference/MODEL.md");
-    for (source, _) in numbered(&page, &['S']) {
+    for (source, _) in find_numbered(&page, &['S']) {
         let listed = anchors.contains(&format!("source-{}", source.to_lowercase()));
         assert!(
             listed || page.contains(&format!("There is no {source}.")),
@@ -286,10 +291,10 @@ fn every_cited_goal_exists() {
     ];
     let mut cited = BTreeSet::new();
     for (path, text) in texts() {
-        if !measuring.iter().any(|place| path.starts_with(place)) {
+        if !measuring.iter().any(|folder| path.starts_with(folder)) {
             continue;
         }
-        for (goal, range) in numbered(&text, &['H', 'R', 'S']) {
+        for (goal, range) in find_numbered(&text, &['H', 'R', 'S']) {
             let line = line_of(&text, range.start);
             assert!(
                 goals.contains(&goal.to_lowercase()),
@@ -303,7 +308,7 @@ fn every_cited_goal_exists() {
 
 /// An anchor is directly above the heading with its number.
 #[test]
-fn anchors_stand_above_what_they_name() {
+fn anchors_are_directly_above_their_headings() {
     for page in ["docs/reference/ERRATA.md", "docs/reference/MODEL.md"] {
         let text = read(page);
         for part in text.split("\n<a id=\"").skip(1) {

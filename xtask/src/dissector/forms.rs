@@ -39,14 +39,14 @@ pub(super) fn fits(layout: &LayoutInfo) -> Vec<Fit> {
             note: found.note,
         };
         match fits.last_mut() {
-            Some(run) if run.to + 1 == count && same(run, &fit) => run.to = count,
+            Some(run) if run.to + 1 == count && is_same_interpretation(run, &fit) => run.to = count,
             _ => fits.push(fit),
         }
     }
     fits
 }
 
-fn same(run: &Fit, fit: &Fit) -> bool {
+fn is_same_interpretation(run: &Fit, fit: &Fit) -> bool {
     (run.skip, run.bytes, run.note) == (fit.skip, fit.bytes, fit.note)
 }
 
@@ -61,8 +61,8 @@ pub(super) struct Plan {
 
 /// Returns the interpretation of a row's frames with this Ctrl.
 pub(super) fn plan(row: &Row, ctrl: u8) -> Plan {
-    let (request, name, notes) = read(row, ctrl, Direction::Request);
-    let (reply, _, same_notes) = read(row, ctrl, Direction::Reply);
+    let (request, name, notes) = interpret(row, ctrl, Direction::Request);
+    let (reply, _, same_notes) = interpret(row, ctrl, Direction::Reply);
     assert_eq!(notes, same_notes, "id {}: Ctrl is Ctrl", row.id);
     Plan {
         name,
@@ -73,7 +73,7 @@ pub(super) fn plan(row: &Row, ctrl: u8) -> Plan {
 }
 
 /// Returns the layout, the form's name, and the remarks that do not concern the parameters.
-fn read(
+fn interpret(
     row: &Row,
     ctrl: u8,
     direction: Direction,

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn text_is_quoted_as_lua_wants_it() {
+    fn text_is_quoted_for_lua() {
         assert_eq!(quoted("a \"b\" \\ c\n"), r#""a \"b\" \\ c\n""#);
     }
 }

@@ -11,7 +11,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use zip::write::SimpleFileOptions;
 
-use super::system::{Builder, Family, SHIPPED, System};
+use super::system::{Builder, Family, RELEASE_PACKAGE, System};
 use super::{Build, desktop, licences_of, output};
 use crate::library;
 
@@ -25,17 +25,17 @@ const SHELLS: [(&str, &str); 5] = [
 ];
 
 /// Rule of udev that lets every user of a Linux computer open an arm.
-pub(super) const RULES: &str = "70-magician.rules";
+pub(super) const UDEV_RULES: &str = "70-magician.rules";
 
 /// Unit of systemd for a station that starts with a Linux computer, and the user that it runs as.
-pub(super) const SERVICE: [&str; 2] = ["magician.service", "magician.sysusers"];
+pub(super) const SYSTEMD_FILES: [&str; 2] = ["magician.service", "magician.sysusers"];
 
-/// Lays out a system's archive in a folder of the same name and packs it. `speaker` is a command
+/// Lays out a system's archive in a folder of the same name and packs it. `local_command` is a command
 /// that runs on this machine, for completions and manual pages.
 pub(super) fn write(
     builder: &Builder,
     system: &System,
-    speaker: &Path,
+    local_command: &Path,
     archives: &Path,
 ) -> Result<PathBuf, Box<dyn Error>> {
     let built = builder.release(system, &["magician-cli"])?;
@@ -54,18 +54,18 @@ pub(super) fn write(
     )?;
     let completions = room("completions")?;
     for (shell, file) in SHELLS {
-        let told = output(Command::new(speaker).args(["completions", shell]))?;
-        fs::write(completions.join(file), told)?;
+        let printed = output(Command::new(local_command).args(["completions", shell]))?;
+        fs::write(completions.join(file), printed)?;
     }
-    output(Command::new(speaker).arg("man").arg(room("man")?))?;
+    output(Command::new(local_command).arg("man").arg(room("man")?))?;
     let packaging = builder.root.join("packaging");
     if system.family == Family::Linux {
-        fs::copy(packaging.join(RULES), room("udev")?.join(RULES))?;
-        desktop::entry(builder, &folder)?;
+        fs::copy(packaging.join(UDEV_RULES), room("udev")?.join(UDEV_RULES))?;
+        desktop::add_entry(builder, &folder)?;
     }
     // Files that start a station with the computer.
     let services: &[&str] = match system.family {
-        Family::Linux => &SERVICE,
+        Family::Linux => &SYSTEMD_FILES,
         Family::MacOs(_) => &["local.magician.serve.plist"],
         Family::Windows => &[],
     };
@@ -89,8 +89,8 @@ pub(super) fn write(
         licences_of(&Build {
             title: "the magician command",
             manifest: builder.root.join("Cargo.toml"),
-            packages: vec![SHIPPED.0.to_owned()],
-            features: vec![SHIPPED.1.to_owned()],
+            packages: vec![RELEASE_PACKAGE.0.to_owned()],
+            features: vec![RELEASE_PACKAGE.1.to_owned()],
             target: Some(system.triple.to_owned()),
         })?,
     )?;
@@ -103,13 +103,13 @@ pub(super) fn pack(archives: &Path, name: &str, ending: &str) -> Result<PathBuf,
     let archive = archives.join(format!("{name}.{ending}"));
     let file = File::create(&archive)?;
     match ending {
-        "zip" => zipped(archives, name, file)?,
-        _ => tarred(archives, name, file)?,
+        "zip" => write_zip(archives, name, file)?,
+        _ => write_tar(archives, name, file)?,
     }
     Ok(archive)
 }
 
-fn tarred(archives: &Path, name: &str, file: File) -> Result<(), Box<dyn Error>> {
+fn write_tar(archives: &Path, name: &str, file: File) -> Result<(), Box<dyn Error>> {
     let mut builder = tar::Builder::new(GzEncoder::new(file, Compression::best()));
     builder.mode(tar::HeaderMode::Deterministic);
     builder.follow_symlinks(false);
@@ -120,7 +120,7 @@ fn tarred(archives: &Path, name: &str, file: File) -> Result<(), Box<dyn Error>>
     Ok(())
 }
 
-fn zipped(archives: &Path, name: &str, file: File) -> Result<(), Box<dyn Error>> {
+fn write_zip(archives: &Path, name: &str, file: File) -> Result<(), Box<dyn Error>> {
     let mut writer = zip::ZipWriter::new(file);
     for path in files(archives, name)? {
         let bytes = fs::read(archives.join(&path))?;
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_packs_to_the_same_bytes_whenever_and_wherever() {
+    fn equal_folders_pack_to_equal_bytes() {
         for ending in ["zip", "tar.gz"] {
             let packed = [folder(), folder()].map(|home| {
                 let archive = pack(home.path(), "magician-1", ending).expect("packed");
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_zip_has_its_files_under_one_folder_with_slashes() {
+    fn zip_entries_are_below_one_folder_with_slashes() {
         let home = folder();
         let archive = pack(home.path(), "magician-1", "zip").expect("packed");
         let file = fs::File::open(archive).expect("a file");

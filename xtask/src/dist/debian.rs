@@ -8,13 +8,13 @@ use std::process::Command;
 
 use flate2::{Compression, GzBuilder};
 
-use super::archive::{RULES, SERVICE};
-use super::desktop::{ENTRY, FOLDER, PICTURE};
+use super::archive::{SYSTEMD_FILES, UDEV_RULES};
+use super::desktop::{ENTRY, FOLDER, ICON_NAME};
 use super::output;
 use super::system::{Builder, GLIBC, System};
 
 /// Places in Debian for the files of the archive.
-const PLACES: [(&str, &str); 5] = [
+const INSTALLED_PATHS: [(&str, &str); 5] = [
     ("bin/magician", "usr/bin/magician"),
     (
         "completions/magician.bash",
@@ -57,18 +57,18 @@ pub(super) fn write(
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
     }
-    let mut places: Vec<(PathBuf, PathBuf)> = PLACES
+    let mut places: Vec<(PathBuf, PathBuf)> = INSTALLED_PATHS
         .map(|(inside, place)| (from.join(inside), folder.join(place)))
         .into();
     places.push((
-        from.join("udev").join(RULES),
-        folder.join("usr/lib/udev/rules.d").join(RULES),
+        from.join("udev").join(UDEV_RULES),
+        folder.join("usr/lib/udev/rules.d").join(UDEV_RULES),
     ));
     let pictures = "usr/share/icons/hicolor/scalable/apps";
-    for (file, place) in [(ENTRY, "usr/share/applications"), (PICTURE, pictures)] {
+    for (file, place) in [(ENTRY, "usr/share/applications"), (ICON_NAME, pictures)] {
         places.push((from.join(FOLDER).join(file), folder.join(place).join(file)));
     }
-    let [service, users] = SERVICE.map(|file| from.join("service").join(file));
+    let [service, users] = SYSTEMD_FILES.map(|file| from.join("service").join(file));
     places.push((
         service,
         folder.join("usr/lib/systemd/system/magician.service"),
@@ -83,10 +83,10 @@ pub(super) fn write(
     for page in fs::read_dir(from.join("man"))? {
         let page = page?;
         let name = page.file_name().to_string_lossy().into_owned() + ".gz";
-        gzipped(&pages.join(name), &fs::read(page.path())?)?;
+        write_gzip(&pages.join(name), &fs::read(page.path())?)?;
     }
     let docs = folder.join("usr/share/doc/magician");
-    gzipped(
+    write_gzip(
         &docs.join("changelog.gz"),
         &fs::read(from.join("CHANGELOG.md"))?,
     )?;
@@ -120,7 +120,7 @@ pub(super) fn write(
     Ok(package)
 }
 
-fn gzipped(file: &Path, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
+fn write_gzip(file: &Path, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
     let file = fs::File::create(file)?;
     let mut writer = GzBuilder::new().write(file, Compression::best());
     writer.write_all(bytes)?;
@@ -147,7 +147,7 @@ fn control(builder: &Builder, system: &System, kilobytes: u64) -> String {
 
 /// Installs a package into a separate root and removes it again. `meanwhile` receives the path of
 /// the installed program.
-pub(super) fn installed<T>(
+pub(super) fn with_installed<T>(
     package: &Path,
     root: &Path,
     meanwhile: impl FnOnce(&Path) -> Result<T, Box<dyn Error>>,

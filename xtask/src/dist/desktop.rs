@@ -12,25 +12,25 @@ use resvg::usvg::{Options, Tree};
 
 use super::archive::{files, pack};
 use super::output;
-use super::system::{Builder, System, is_there};
+use super::system::{Builder, System, is_on_path};
 
 /// Icon of the studio.
 const ICON: &str = "studio/public/assets/icon.svg";
 /// Desktop entry for Linux.
 pub(super) const ENTRY: &str = "magician-studio.desktop";
 /// Name of its icon.
-pub(super) const PICTURE: &str = "magician-studio.svg";
+pub(super) const ICON_NAME: &str = "magician-studio.svg";
 /// Name and folder of the macOS application.
 const APPLICATION: &str = "Magician Studio.app";
 /// Folder for desktop files in an archive.
 pub(super) const FOLDER: &str = "desktop";
 
 /// Adds the desktop entry to the folder of an archive.
-pub(super) fn entry(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
+pub(super) fn add_entry(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
     let room = folder.join(FOLDER);
     fs::create_dir_all(&room)?;
     fs::copy(packaging(builder).join(ENTRY), room.join(ENTRY))?;
-    fs::copy(builder.root.join(ICON), room.join(PICTURE))?;
+    fs::copy(builder.root.join(ICON), room.join(ICON_NAME))?;
     Ok(())
 }
 
@@ -93,7 +93,7 @@ pub(super) fn installer(
     system: &System,
     archives: &Path,
 ) -> Result<PathBuf, Box<dyn Error>> {
-    if !is_there("makensis") {
+    if !is_on_path("makensis") {
         return Err("no makensis: install nsis".into());
     }
     let folder = system.archive(&builder.metadata.version);
@@ -109,7 +109,7 @@ pub(super) fn installer(
                 .map_or(path.clone(), Path::to_owned)
         })
         .collect();
-    let (install, uninstall) = lists(&from, &icon, &inside);
+    let (install, uninstall) = file_lists(&from, &icon, &inside);
     fs::write(room.join("install.nsh"), install)?;
     fs::write(room.join("uninstall.nsh"), uninstall)?;
     let to = archives.join(name(builder, system).unwrap_or_default());
@@ -134,7 +134,7 @@ pub(super) fn installer(
 
 /// Returns the installer's lists of files to write and to delete. Folders are deleted last, and
 /// only if they are empty.
-fn lists(from: &Path, icon: &Path, inside: &[PathBuf]) -> (String, String) {
+fn file_lists(from: &Path, icon: &Path, inside: &[PathBuf]) -> (String, String) {
     let windows = |path: &Path| {
         let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
         parts.join("\\")
@@ -240,9 +240,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_installed_is_deleted_and_nothing_else() {
+    fn uninstaller_deletes_exactly_the_installed_files() {
         let inside = ["README.txt", "bin/magician.exe", "licenses/a/b.txt"].map(PathBuf::from);
-        let (install, uninstall) = lists(Path::new("/from"), Path::new("/magician.ico"), &inside);
+        let (install, uninstall) =
+            file_lists(Path::new("/from"), Path::new("/magician.ico"), &inside);
         assert!(
             install.contains("SetOutPath \"$INSTDIR\\bin\"\nFile \"/from/bin/magician.exe\"\n")
         );
@@ -262,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_lie_where_their_lists_say() {
+    fn icon_directories_point_at_their_pictures() {
         let svg = include_str!("../../../studio/public/assets/icon.svg");
         let icon = ico(svg).expect("an icon");
         let number = |at: usize| {

@@ -8,10 +8,10 @@ use super::Metadata;
 use super::system::{Family, System};
 
 /// System and the SHA-256 of its archive, in hex.
-pub(super) type Made = (System, String);
+pub(super) type BuiltArchive = (System, String);
 
 /// Version of winget's schemas.
-const WINGET: &str = "1.9.0";
+const WINGET_SCHEMA_VERSION: &str = "1.9.0";
 
 /// Returns the download address of an archive. The manifest of `magician-cli` gives `cargo
 /// binstall` the same one.
@@ -23,7 +23,7 @@ fn url(metadata: &Metadata, system: &System) -> String {
 
 /// Returns the Homebrew formula for macOS and Linux, `magician.rb`; `None` without archives for
 /// them.
-pub(super) fn formula(metadata: &Metadata, made: &[Made]) -> Option<String> {
+pub(super) fn formula(metadata: &Metadata, made: &[BuiltArchive]) -> Option<String> {
     let block = |triple: &str| {
         let (system, sha256) = made.iter().find(|(system, _)| system.triple == triple)?;
         let url = url(metadata, system);
@@ -100,13 +100,13 @@ fn identifier(repository: &str) -> Result<(String, String), Box<dyn Error>> {
 }
 
 /// Name and text of a file.
-type Named = (String, String);
+type NamedFile = (String, String);
 
 /// Returns the three files of winget.
 pub(super) fn winget(
     metadata: &Metadata,
-    made: &[Made],
-) -> Result<Option<[Named; 3]>, Box<dyn Error>> {
+    made: &[BuiltArchive],
+) -> Result<Option<[NamedFile; 3]>, Box<dyn Error>> {
     let Some((system, sha256)) = made
         .iter()
         .find(|(system, _)| system.family == Family::Windows)
@@ -117,10 +117,10 @@ pub(super) fn winget(
     let (version, repository) = (&metadata.version, &metadata.repository);
     let file = |kind: &str, body: &str| {
         let schema = format!(
-            "# yaml-language-server: $schema=https://aka.ms/winget-manifest.{kind}.{WINGET}.schema.json"
+            "# yaml-language-server: $schema=https://aka.ms/winget-manifest.{kind}.{WINGET_SCHEMA_VERSION}.schema.json"
         );
         format!(
-            "{schema}\n\nPackageIdentifier: {id}\nPackageVersion: {version}\n{body}ManifestType: {kind}\nManifestVersion: {WINGET}\n"
+            "{schema}\n\nPackageIdentifier: {id}\nPackageVersion: {version}\n{body}ManifestType: {kind}\nManifestVersion: {WINGET_SCHEMA_VERSION}\n"
         )
     };
     let installer = format!(
@@ -155,7 +155,7 @@ pub(super) fn winget(
 /// Writes the manifests whose archives were built. Returns the names of the files.
 pub(super) fn write(
     metadata: &Metadata,
-    made: &[Made],
+    made: &[BuiltArchive],
     folder: &Path,
 ) -> Result<Vec<String>, Box<dyn Error>> {
     let mut written = Vec::new();
@@ -190,14 +190,14 @@ pub(super) mod tests {
         }
     }
 
-    fn made() -> Vec<Made> {
+    fn built_archives() -> Vec<BuiltArchive> {
         let sums = (0..).map(|number| format!("{number:064x}"));
         SYSTEMS.into_iter().zip(sums).collect()
     }
 
     #[test]
-    fn a_formula_names_the_four_archives_for_homebrew_each_with_its_sum() {
-        let made = made();
+    fn formula_lists_four_archives_with_their_checksums() {
+        let made = built_archives();
         let text = formula(&metadata(), &made).expect("all are there");
         for (system, sha256) in &made {
             let entry = format!(
@@ -213,8 +213,8 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn winget_is_told_the_owner_of_the_repository_and_the_program_in_the_zip() {
-        let [version, installer, locale] = winget(&metadata(), &made())
+    fn winget_manifest_has_the_repository_owner_and_the_program_in_the_zip() {
+        let [version, installer, locale] = winget(&metadata(), &built_archives())
             .expect("an identifier")
             .expect("the archive is there");
         assert_eq!(version.0, "somebody.magician.yaml");

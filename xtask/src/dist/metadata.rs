@@ -21,9 +21,9 @@ pub(crate) struct Metadata {
 
 impl Metadata {
     pub(crate) fn read(cargo: &OsStr, root: &Path) -> Result<Self, Box<dyn Error>> {
-        let told = super::output(Command::new("rustc").arg("-vV"))?;
-        let told = String::from_utf8(told)?;
-        let host = told.lines().find_map(|line| line.strip_prefix("host: "));
+        let printed = super::output(Command::new("rustc").arg("-vV"))?;
+        let printed = String::from_utf8(printed)?;
+        let host = printed.lines().find_map(|line| line.strip_prefix("host: "));
         let metadata = super::output(Command::new(cargo).current_dir(root).args([
             "metadata",
             "--format-version=1",

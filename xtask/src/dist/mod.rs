@@ -9,9 +9,9 @@ mod licences;
 mod manifests;
 mod metadata;
 mod publish;
+mod selection;
 mod system;
-mod tried;
-mod wish;
+mod verification;
 
 use std::error::Error;
 use std::ffi::OsString;
@@ -22,9 +22,9 @@ use std::process::Command;
 
 use sha2::{Digest, Sha256};
 
-use manifests::Made;
+use manifests::BuiltArchive;
+use selection::Selection;
 use system::{Family, System};
-use wish::Wish;
 
 use crate::studio::modules;
 
@@ -49,23 +49,30 @@ struct Row {
 /// # Errors
 /// Returns an error if a requested file could not be built or tested.
 pub(crate) fn run_release(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
-    let wish = Wish::read(words)?;
+    let selection = Selection::read(words)?;
     modules::write(root)?;
-    let builder = Builder::new(&root.canonicalize()?, &wish.profile)?;
+    let builder = Builder::new(&root.canonicalize()?, &selection.profile)?;
     let archives = builder.metadata.target_directory.join("archive");
     if archives.exists() {
         fs::remove_dir_all(&archives)?;
     }
     fs::create_dir_all(&archives)?;
-    let speaker = speaker(&builder, &wish)?;
+    let local_command = local_command(&builder, &selection)?;
     let (mut rows, mut made) = (Vec::new(), Vec::new());
-    for system in &wish.systems {
+    for system in &selection.systems {
         eprintln!("--- {}", system.triple);
-        release_of(&builder, system, &speaker, &archives, &mut rows, &mut made);
+        build_release(
+            &builder,
+            system,
+            &local_command,
+            &archives,
+            &mut rows,
+            &mut made,
+        );
     }
     for name in manifests::write(&builder.metadata, &made, &archives)? {
-        let tried = "names the archives above".to_owned();
-        rows.push(row(&name, file(&archives.join(&name), tried)));
+        let how_tested = "names the archives above".to_owned();
+        rows.push(row(&name, file(&archives.join(&name), how_tested)));
     }
     print!("{}", table(&rows));
     let sums = rows.iter().filter_map(|row| match &row.made {
@@ -90,9 +97,11 @@ pub(crate) fn run_release(words: &[String], root: &Path) -> Result<(), Box<dyn E
 }
 
 /// Returns a command that runs on this machine, for its completions and manual pages.
-fn speaker(builder: &Builder, wish: &Wish) -> Result<PathBuf, Box<dyn Error>> {
-    let host = System::named(&builder.metadata.host);
-    let wanted = host.filter(|host| wish.systems.contains(host) && builder.lacks(host).is_none());
+fn local_command(builder: &Builder, selection: &Selection) -> Result<PathBuf, Box<dyn Error>> {
+    let host = System::by_triple(&builder.metadata.host);
+    let wanted = host.filter(|host| {
+        selection.systems.contains(host) && builder.missing_requirement(host).is_none()
+    });
     let built = match wanted {
         Some(host) => builder.release(&host, &["magician-cli"])?,
         None => builder.plain(None, &["magician-cli"])?,
@@ -101,22 +110,22 @@ fn speaker(builder: &Builder, wish: &Wish) -> Result<PathBuf, Box<dyn Error>> {
 }
 
 /// Builds the archive of a system and its Debian package, each with its line of the table.
-fn release_of(
+fn build_release(
     builder: &Builder,
     system: &System,
-    speaker: &Path,
+    local_command: &Path,
     archives: &Path,
     rows: &mut Vec<Row>,
-    made: &mut Vec<Made>,
+    made: &mut Vec<BuiltArchive>,
 ) {
     let name = system.archive(&builder.metadata.version);
     let room = archives.join("try");
     let archive = || -> Result<_, Box<dyn Error>> {
-        if let Some(lack) = builder.lacks(system) {
+        if let Some(lack) = builder.missing_requirement(system) {
             return Err(lack.into());
         }
-        let archive = archive::write(builder, system, speaker, archives)?;
-        let how = tried::unpacked(builder, system, &archive, &room)?;
+        let archive = archive::write(builder, system, local_command, archives)?;
+        let how = verification::verify_archive(builder, system, &archive, &room)?;
         file(&archive, how)
     };
     let archive = row(&format!("{name}.{}", system.ending()), archive());
@@ -133,7 +142,7 @@ fn release_of(
                 }
                 _ => {
                     let made = desktop::installer(builder, system, archives)?;
-                    file(&made, tried::installed(builder, &made)?)
+                    file(&made, verification::verify_installer(builder, &made)?)
                 }
             }
         };
@@ -142,8 +151,8 @@ fn release_of(
     if system.family == Family::Linux {
         let package = || -> Result<_, Box<dyn Error>> {
             let package = debian::write(builder, system, archives)?;
-            let how = debian::installed(&package, &room, |program| {
-                tried::started(builder, system, program)
+            let how = debian::with_installed(&package, &room, |program| {
+                verification::verify_program(builder, system, program)
             })?;
             file(&package, format!("installed, {how}, removed"))
         };
@@ -160,7 +169,7 @@ fn row(name: &str, made: Result<(u64, String, String), Box<dyn Error>>) -> Row {
 }
 
 /// Returns the table's data of a file.
-fn file(path: &Path, tried: String) -> Result<(u64, String, String), Box<dyn Error>> {
+fn file(path: &Path, how_tested: String) -> Result<(u64, String, String), Box<dyn Error>> {
     let bytes = fs::read(path)?;
     let sum = Sha256::digest(&bytes)
         .iter()
@@ -168,7 +177,7 @@ fn file(path: &Path, tried: String) -> Result<(u64, String, String), Box<dyn Err
             let _ = write!(hex, "{byte:02x}");
             hex
         });
-    Ok((bytes.len() as u64, sum, tried))
+    Ok((bytes.len() as u64, sum, how_tested))
 }
 
 fn table(rows: &[Row]) -> String {
@@ -176,9 +185,9 @@ fn table(rows: &[Row]) -> String {
     let mut text = String::new();
     for Row { name, made } in rows {
         let _ = match made {
-            Ok((size, sum, tried)) => writeln!(
+            Ok((size, sum, how_tested)) => writeln!(
                 text,
-                "{name:width$} {:7.2} MB  {sum}  {tried}",
+                "{name:width$} {:7.2} MB  {sum}  {how_tested}",
                 *size as f64 / 1e6
             ),
             Err(why) => writeln!(text, "{name:width$} NOT MADE: {why}"),
@@ -203,13 +212,13 @@ pub(crate) fn run(command: &mut Command) -> Result<(), Box<dyn Error>> {
 }
 
 pub(crate) fn output(command: &mut Command) -> Result<Vec<u8>, Box<dyn Error>> {
-    let told = command
+    let result = command
         .output()
         .map_err(|error| not_started(command, &error))?;
-    if told.status.success() {
-        Ok(told.stdout)
+    if result.status.success() {
+        Ok(result.stdout)
     } else {
-        Err(format!("{command:?}: {}", String::from_utf8_lossy(&told.stderr)).into())
+        Err(format!("{command:?}: {}", String::from_utf8_lossy(&result.stderr)).into())
     }
 }
 
@@ -222,7 +231,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_says_of_each_file_how_large_it_is_and_of_each_that_lacks_why() {
+    fn table_shows_sizes_and_reasons_of_missing_files() {
         let rows = [
             row(
                 "a.tar.gz",

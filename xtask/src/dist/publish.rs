@@ -25,7 +25,7 @@ pub(crate) fn publish(words: &[String], root: &Path) -> Result<(), Box<dyn Error
     }
     let metadata = Metadata::read(&cargo(), root)?;
     let changelog = fs::read_to_string(root.join("CHANGELOG.md"))?;
-    match refused(&metadata, &changelog) {
+    match refusal(&metadata, &changelog) {
         Some(reason) => Err(format!("not published: {reason}").into()),
         None => {
             modules::write(root)?;
@@ -35,7 +35,7 @@ pub(crate) fn publish(words: &[String], root: &Path) -> Result<(), Box<dyn Error
 }
 
 /// Returns the reason why nothing may be published yet; `None` if all is ready.
-fn refused(metadata: &Metadata, changelog: &str) -> Option<String> {
+fn refusal(metadata: &Metadata, changelog: &str) -> Option<String> {
     if metadata.unpublished() {
         return Some("fill in `repository` under [workspace.package] in Cargo.toml".to_owned());
     }
@@ -50,20 +50,20 @@ fn refused(metadata: &Metadata, changelog: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::super::manifests::tests::metadata;
-    use super::refused;
+    use super::refusal;
 
     #[test]
-    fn nothing_is_published_before_there_is_a_repository_and_a_chapter_of_the_changelog() {
+    fn publishing_needs_a_repository_and_a_changelog_chapter() {
         let mut metadata = metadata();
-        assert_eq!(refused(&metadata, "## 1.2.3\n"), None);
-        assert_eq!(refused(&metadata, "## 1.2.3 (2030-01-01)\n"), None);
-        let reason = refused(&metadata, "## Unreleased\n## 1.2.30\n");
+        assert_eq!(refusal(&metadata, "## 1.2.3\n"), None);
+        assert_eq!(refusal(&metadata, "## 1.2.3 (2030-01-01)\n"), None);
+        let reason = refusal(&metadata, "## Unreleased\n## 1.2.30\n");
         assert_eq!(
             reason.as_deref(),
             Some("CHANGELOG.md has no heading `## 1.2.3`")
         );
         metadata.repository = "https://example.invalid/owner/magician".to_owned();
-        let reason = refused(&metadata, "## 1.2.3\n").expect("a reason");
+        let reason = refusal(&metadata, "## 1.2.3\n").expect("a reason");
         assert!(reason.contains("repository"), "{reason}");
     }
 }

@@ -71,7 +71,7 @@ pub(super) const SYSTEMS: [System; 5] = [
 ];
 
 impl System {
-    pub(super) fn named(triple: &str) -> Option<Self> {
+    pub(super) fn by_triple(triple: &str) -> Option<Self> {
         SYSTEMS.into_iter().find(|system| system.triple == triple)
     }
 
@@ -101,7 +101,7 @@ impl System {
 
 /// Releases include sites. This adds 5.7 MB to the archive, but there is only one program to
 /// choose.
-pub(super) const SHIPPED: (&str, &str) = ("magician-cli", "magician-cli/site");
+pub(super) const RELEASE_PACKAGE: (&str, &str) = ("magician-cli", "magician-cli/site");
 
 /// Builds packages of this workspace, for this machine or for a [`System`].
 pub(crate) struct Builder {
@@ -127,7 +127,7 @@ impl Builder {
         packages: &[&str],
     ) -> Result<PathBuf, Box<dyn Error>> {
         let mut build = Command::new(super::cargo());
-        self.finish(build.arg("build"), target, target, packages)
+        self.run_build(build.arg("build"), target, target, packages)
     }
 
     /// Builds packages for a system of a release. Returns the output folder.
@@ -138,7 +138,7 @@ impl Builder {
     ) -> Result<PathBuf, Box<dyn Error>> {
         // `CARGO_ENCODED_RUSTFLAGS` separates its arguments by the byte 0x1f, so that they may
         // contain spaces.
-        let mut flags = self.anonymous()?;
+        let mut flags = self.path_remapping_flags()?;
         let mut build = match system.family {
             Family::Windows => {
                 let mut cargo = Command::new(super::cargo());
@@ -160,7 +160,7 @@ impl Builder {
             Family::MacOs(oldest) => drop(build.env("MACOSX_DEPLOYMENT_TARGET", oldest)),
         }
         build.env("CARGO_ENCODED_RUSTFLAGS", flags);
-        self.finish(&mut build, Some(&target), Some(system.triple), packages)
+        self.run_build(&mut build, Some(&target), Some(system.triple), packages)
     }
 
     fn finish(
@@ -173,7 +173,7 @@ impl Builder {
         build.current_dir(&self.root);
         build.args(["--locked", "--profile", &self.profile]);
         build.args(packages.iter().flat_map(|name| ["--package", name]));
-        let (shipped, features) = SHIPPED;
+        let (shipped, features) = RELEASE_PACKAGE;
         if packages.contains(&shipped) {
             build.args(["--features", features]);
         }
@@ -190,8 +190,8 @@ impl Builder {
     }
 
     /// Returns flags that remove this machine's paths from the messages of panics.
-    fn anonymous(&self) -> Result<String, Box<dyn Error>> {
-        let places = self.places()?;
+    fn path_remapping_flags(&self) -> Result<String, Box<dyn Error>> {
+        let places = self.source_folders()?;
         let hidden = places.into_iter().zip(["magician", "cargo", "rust"]);
         let hidden =
             hidden.map(|(place, name)| format!("--remap-path-prefix={}={name}", place.display()));
@@ -199,11 +199,11 @@ impl Builder {
     }
 
     /// Returns the folders of our sources, of other crates' sources, and of the compiler.
-    pub(super) fn places(&self) -> Result<[PathBuf; 3], Box<dyn Error>> {
-        let told = output(Command::new("rustc").args(["--print", "sysroot"]))?;
+    pub(super) fn source_folders(&self) -> Result<[PathBuf; 3], Box<dyn Error>> {
+        let printed = output(Command::new("rustc").args(["--print", "sysroot"]))?;
         let home = || std::env::home_dir().unwrap_or_default().join(".cargo");
         let cargo = std::env::var_os("CARGO_HOME").map_or_else(home, PathBuf::from);
-        let rust = PathBuf::from(String::from_utf8(told)?.trim());
+        let rust = PathBuf::from(String::from_utf8(printed)?.trim());
         Ok([self.root.canonicalize()?, cargo, rust])
     }
 
@@ -212,8 +212,8 @@ impl Builder {
     /// says more.
     fn unwinder(&self, system: &System) -> Result<String, Box<dyn Error>> {
         let mut asked = Command::new(system.compiler);
-        let told = output(asked.arg("-print-file-name=libgcc_s.so.1"))?;
-        let library = String::from_utf8(told)?.trim().to_owned();
+        let printed = output(asked.arg("-print-file-name=libgcc_s.so.1"))?;
+        let library = String::from_utf8(printed)?.trim().to_owned();
         if Path::new(&library).is_absolute() {
             Ok(library)
         } else {
@@ -245,7 +245,7 @@ impl Builder {
     }
 
     /// Returns what this machine lacks to build for a system, as a sentence; `None` if nothing.
-    pub(super) fn lacks(&self, system: &System) -> Option<String> {
+    pub(super) fn missing_requirement(&self, system: &System) -> Option<String> {
         if !cfg!(target_os = "linux") {
             return Some("releases are made on Linux".to_owned());
         }
@@ -254,7 +254,7 @@ impl Builder {
             ("python3", "python3-venv"),
         ];
         for (program, package) in needed {
-            if !program.is_empty() && !is_there(program) {
+            if !program.is_empty() && !is_on_path(program) {
                 return Some(format!("no {program}: install {package}"));
             }
         }
@@ -267,7 +267,7 @@ impl Builder {
 }
 
 /// True if a program is on the search path.
-pub(super) fn is_there(program: &str) -> bool {
+pub(super) fn is_on_path(program: &str) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
 }

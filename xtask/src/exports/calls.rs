@@ -9,16 +9,16 @@ use std::fmt::Write as _;
 
 use magician_capi::{Family, Function, Ids};
 
-use super::{inside, number, of};
+use super::{c_type_name, functions_of, pointee};
 
 /// Returns the part for a family.
-pub(super) fn of_family(family: Family) -> String {
+pub(super) fn calls_of_family(family: Family) -> String {
     let mut part = String::from("/* Made by `cargo xtask vendor-functions calls`. */\n\n");
-    for function in of(family) {
+    for function in functions_of(family) {
         call(&mut part, function);
     }
     part += "static const struct call CALLS[] = {\n";
-    for function in of(family) {
+    for function in functions_of(family) {
         let name = function.name;
         let _ = writeln!(
             part,
@@ -42,24 +42,30 @@ fn call(part: &mut String, function: &Function) {
     }
     for &(argument, ty) in function.arguments {
         let ty = ty.replace(' ', "");
-        let made = match (ty.as_str(), inside(&ty, "In"), inside(&ty, "Out")) {
+        let made = match (ty.as_str(), pointee(&ty, "In"), pointee(&ty, "Out")) {
             _ if argument == "size" || argument == "count" => continue,
             ("Text", ..) => "const char *{} = new_text()".to_owned(),
             ("Buffer", ..) if sized("size") => "char *{} = new_wanted(fits(size))".to_owned(),
             ("Buffer", ..) => "char *{} = new_wanted(64)".to_owned(),
             (_, Some(of), _) if sized("count") && argument == "outputs" => {
-                format!("void *{{}} = new_listed(sizeof({}), count)", number(of))
+                format!(
+                    "void *{{}} = new_listed(sizeof({}), count)",
+                    c_type_name(of)
+                )
             }
-            (_, Some(of), _) => format!("void *{{}} = new_given(sizeof({}))", number(of)),
+            (_, Some(of), _) => format!("void *{{}} = new_given(sizeof({}))", c_type_name(of)),
             (_, _, Some("u8")) if sized("size") => "void *{} = new_wanted(fits(size))".to_owned(),
             (_, _, Some("u64")) if argument == "index" => "void *{} = new_index()".to_owned(),
             // The struct for the answer also carries the question, such as a pin's address.
             (_, _, Some(of)) if of.starts_with("IO") => {
-                format!("void *{{}} = new_asked(sizeof({}))", number(of))
+                format!("void *{{}} = new_asked(sizeof({}))", c_type_name(of))
             }
-            (_, _, Some(of)) => format!("void *{{}} = new_wanted(sizeof({}))", number(of)),
+            (_, _, Some(of)) => format!("void *{{}} = new_wanted(sizeof({}))", c_type_name(of)),
             ("f32", ..) => "float {} = new_real()".to_owned(),
-            (scalar, ..) => format!("{} {{}} = (__typeof__({{}}))new_whole()", number(scalar)),
+            (scalar, ..) => format!(
+                "{} {{}} = (__typeof__({{}}))new_whole()",
+                c_type_name(scalar)
+            ),
         };
         let _ = writeln!(part, "    {};", made.replace("{}", argument));
     }

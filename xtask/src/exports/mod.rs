@@ -19,52 +19,52 @@ pub(crate) fn run(words: &[String], docs: &Path) -> Result<(), Box<dyn Error>> {
     match words.as_slice() {
         [] => page::write(docs),
         ["calls", family] => {
-            print!("{}", calls::of_family(named(family)?));
+            print!("{}", calls::calls_of_family(family_by_name(family)?));
             Ok(())
         }
         ["symbols", family, files @ ..] if !files.is_empty() => {
-            symbols::check(named(family)?, files)
+            symbols::check(family_by_name(family)?, files)
         }
         _ => Err("vendor-functions [symbols FAMILY FILE... | calls FAMILY]".into()),
     }
 }
 
-fn named(name: &str) -> Result<Family, Box<dyn Error>> {
+fn family_by_name(name: &str) -> Result<Family, Box<dyn Error>> {
     (FAMILIES.iter())
         .find_map(|&(known, family)| (known == name).then_some(family))
         .ok_or_else(|| format!("no family `{name}`").into())
 }
 
 /// Returns the functions of a family, in the order of the table.
-fn of(family: Family) -> impl Iterator<Item = &'static Function> {
+fn functions_of(family: Family) -> impl Iterator<Item = &'static Function> {
     (FUNCTIONS.iter()).filter(move |function| function.families.contains(&family))
 }
 
 /// Returns the declaration of an argument in C.
-fn declared(name: &str, ty: &str) -> String {
+fn declaration(name: &str, ty: &str) -> String {
     let ty = ty.replace(' ', "");
-    if let Some(of) = inside(&ty, "In") {
-        format!("const {} *{name}", number(of))
-    } else if let Some(of) = inside(&ty, "Out") {
-        format!("{} *{name}", number(of))
+    if let Some(of) = pointee(&ty, "In") {
+        format!("const {} *{name}", c_type_name(of))
+    } else if let Some(of) = pointee(&ty, "Out") {
+        format!("{} *{name}", c_type_name(of))
     } else {
         match ty.as_str() {
             "Text" => format!("const char *{name}"),
             "Buffer" => format!("char *{name}"),
-            ty => format!("{} {name}", number(ty)),
+            ty => format!("{} {name}", c_type_name(ty)),
         }
     }
 }
 
 /// Returns the type to which a pointer of the table points.
-fn inside<'a>(ty: &'a str, pointer: &str) -> Option<&'a str> {
+fn pointee<'a>(ty: &'a str, pointer: &str) -> Option<&'a str> {
     ty.strip_prefix(pointer)?
         .strip_prefix('<')?
         .strip_suffix('>')
 }
 
 /// Returns the C name of a type; structures and enums have the same name in both.
-fn number(ty: &str) -> &str {
+fn c_type_name(ty: &str) -> &str {
     match ty {
         "Bool" => "bool",
         "u8" => "uint8_t",
@@ -82,10 +82,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_argument_can_be_said_in_c() {
+    fn every_argument_has_a_c_declaration() {
         for function in FUNCTIONS {
             for (name, ty) in function.arguments {
-                let declared = declared(name, ty);
+                let declared = declaration(name, ty);
                 assert!(
                     !declared.contains(['<', '>']),
                     "{}: {declared}",
@@ -96,9 +96,9 @@ mod tests {
     }
 
     #[test]
-    fn no_family_has_a_name_twice() {
+    fn names_are_unique_within_a_family() {
         for (name, family) in FAMILIES {
-            let mut names: Vec<&str> = of(family).map(|function| function.name).collect();
+            let mut names: Vec<&str> = functions_of(family).map(|function| function.name).collect();
             names.sort_unstable();
             let twice = names.windows(2).find(|pair| pair[0] == pair[1]);
             assert_eq!(twice, None, "{name}");

@@ -9,7 +9,7 @@ use magician_capi::{FUNCTIONS, Family, Function, Ids, Kind};
 use magician_protocol::Row;
 use magician_protocol::commands::TABLE;
 
-use super::{FAMILIES, declared, of};
+use super::{FAMILIES, declaration, functions_of};
 
 const INTRODUCTION: &str = "\
 # The vendor's C library: every function
@@ -47,22 +47,22 @@ fn page() -> String {
         (Some(Kind::Neutral), "neutral"),
     ] {
         let counts = FAMILIES.map(|(_, family)| {
-            let counted =
-                of(family).filter(|function| kind.is_none_or(|kind| function.kind == kind));
+            let counted = functions_of(family)
+                .filter(|function| kind.is_none_or(|kind| function.kind == kind));
             counted.count().to_string()
         });
         let _ = writeln!(page, "| {says} | {} |", counts.join(" | "));
     }
     page += "\n| function | v1 | v2 | v3 | | sends | queue | what it does |\n|---|---|---|---|---|---|---|---|\n";
     for function in FUNCTIONS {
-        line(&mut page, function);
+        add_row(&mut page, function);
     }
     page
 }
 
-fn line(page: &mut String, function: &Function) {
+fn add_row(page: &mut String, function: &Function) {
     let arguments: Vec<String> = (function.arguments.iter())
-        .map(|(name, ty)| declared(name, ty))
+        .map(|(name, ty)| declaration(name, ty))
         .collect();
     let ids = FAMILIES.map(|(_, family)| ids(function, family));
     let sends =
@@ -103,7 +103,7 @@ fn kind(kind: Kind) -> &'static str {
 }
 
 /// Functions whose names differ from those of their commands.
-const OTHERWISE: [(&str, &str); 13] = [
+const COMMANDS_BY_FUNCTION: [(&str, &str); 13] = [
     ("GetPoseEx", "Pose"),
     ("SetAutoLevelingCmd", "AutoLeveling"),
     ("GetAutoLevelingResult", "AutoLeveling"),
@@ -122,7 +122,9 @@ const OTHERWISE: [(&str, &str); 13] = [
 /// Returns the command of the protocol that a function sends; `None` if it sends none.
 fn command(function: &Function) -> Option<&'static Row> {
     let sent = matches!(function.kind, Kind::Command | Kind::Guarded);
-    if let Some((_, name)) = (OTHERWISE.iter()).find(|(known, _)| *known == function.name) {
+    if let Some((_, name)) =
+        (COMMANDS_BY_FUNCTION.iter()).find(|(known, _)| *known == function.name)
+    {
         return TABLE.iter().find(|row| row.name == *name);
     }
     TABLE
@@ -165,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn every_function_is_on_it() {
+    fn every_function_is_on_the_page() {
         let page = page();
         for function in FUNCTIONS {
             let heading = format!("| `{}(", function.name);
@@ -174,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn the_queue_is_told_of_as_the_table_has_it() {
+    fn queue_column_agrees_with_the_table() {
         for (name, says) in [
             ("SetPTPCmd", "always"),
             ("SetPTPPOCmd", "always"),

@@ -7,18 +7,18 @@ use std::process::Command;
 
 use magician_capi::Family;
 
-use super::of;
+use super::functions_of;
 
 /// Libraries of every system that runs programs. The vendor's library needs Qt and therefore does
 /// not load on most machines.
-const ON_LINUX: [&str; 5] = [
+const LINUX_LIBRARIES: [&str; 5] = [
     "libc.so",
     "libm.so",
     "libgcc_s.so",
     "ld-linux",
     "libpthread.so",
 ];
-const ON_WINDOWS: [&str; 10] = [
+const WINDOWS_LIBRARIES: [&str; 10] = [
     "kernel32.dll",
     "ntdll.dll",
     "advapi32.dll",
@@ -33,7 +33,7 @@ const ON_WINDOWS: [&str; 10] = [
 
 /// Compares the exports of built libraries with the table. Uses `nm` and `objdump` of the binutils.
 pub(super) fn check(family: Family, files: &[&str]) -> Result<(), Box<dyn Error>> {
-    let wanted: BTreeSet<&str> = of(family).map(|function| function.name).collect();
+    let wanted: BTreeSet<&str> = functions_of(family).map(|function| function.name).collect();
     let mut wrong = Vec::new();
     for file in files {
         let listing = listing(file)?;
@@ -46,8 +46,8 @@ pub(super) fn check(family: Family, files: &[&str]) -> Result<(), Box<dyn Error>
         if !more.is_empty() {
             wrong.push(format!("{file} exports {more:?}, which the table has not"));
         }
-        let needs: Vec<String> = (needed(file)?.into_iter())
-            .filter(|name| !is_everywhere(name))
+        let needs: Vec<String> = (dependencies(file)?.into_iter())
+            .filter(|name| !is_system_library(name))
             .collect();
         if !needs.is_empty() {
             wrong.push(format!("{file} needs {needs:?}"));
@@ -64,19 +64,19 @@ pub(super) fn check(family: Family, files: &[&str]) -> Result<(), Box<dyn Error>
 /// Returns the names that a library exports.
 fn listing(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
     if file.ends_with(".dll") {
-        Ok(windows(&output("objdump", &["-p", file])?))
+        Ok(parse_export_table(&output("objdump", &["-p", file])?))
     } else {
-        let said = output("nm", &["-D", "--defined-only", "--no-sort", file])?;
-        Ok((said.lines())
+        let listing = output("nm", &["-D", "--defined-only", "--no-sort", file])?;
+        Ok((listing.lines())
             .filter_map(|line| Some(line.split_whitespace().nth(2)?.to_owned()))
             .collect())
     }
 }
 
 /// Returns the libraries that a library depends on.
-fn needed(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
-    let said = output("objdump", &["-p", file])?;
-    Ok((said.lines())
+fn dependencies(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
+    let listing = output("objdump", &["-p", file])?;
+    Ok((listing.lines())
         .filter_map(|line| {
             let line = line.trim();
             let name = line
@@ -87,15 +87,15 @@ fn needed(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
         .collect())
 }
 
-fn is_everywhere(name: &str) -> bool {
+fn is_system_library(name: &str) -> bool {
     let name = name.to_lowercase();
-    (ON_LINUX.iter().chain(&ON_WINDOWS)).any(|known| name.starts_with(known))
+    (LINUX_LIBRARIES.iter().chain(&WINDOWS_LIBRARIES)).any(|known| name.starts_with(known))
 }
 
 /// Parses the names of objdump's export table: `[ 12] +base[ 13] 000c GetPose`, or without the
 /// middle part.
-fn windows(said: &str) -> Vec<String> {
-    (said.lines())
+fn parse_export_table(listing: &str) -> Vec<String> {
+    (listing.lines())
         .skip_while(|line| !line.starts_with("[Ordinal/Name Pointer] Table"))
         .skip(1)
         .take_while(|line| line.trim_start().starts_with('['))
@@ -104,14 +104,14 @@ fn windows(said: &str) -> Vec<String> {
 }
 
 fn output(program: &str, words: &[&str]) -> Result<String, Box<dyn Error>> {
-    let told = Command::new(program)
+    let result = Command::new(program)
         .args(words)
         .output()
         .map_err(|error| format!("{program}: {error}"))?;
-    if !told.status.success() {
-        return Err(format!("{program}: {}", String::from_utf8_lossy(&told.stderr)).into());
+    if !result.status.success() {
+        return Err(format!("{program}: {}", String::from_utf8_lossy(&result.stderr)).into());
     }
-    Ok(String::from_utf8(told.stdout)?)
+    Ok(String::from_utf8(result.stdout)?)
 }
 
 #[cfg(test)]
@@ -119,18 +119,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_library_that_not_everybody_has_is_seen() {
-        assert!(is_everywhere("libc.so.6") && is_everywhere("KERNEL32.dll"));
-        assert!(!is_everywhere("libQt5Core.so.5") && !is_everywhere("libgcc_s_dw2-1.dll"));
+    fn dependency_outside_of_the_system_is_reported() {
+        assert!(is_system_library("libc.so.6") && is_system_library("KERNEL32.dll"));
+        assert!(!is_system_library("libQt5Core.so.5") && !is_system_library("libgcc_s_dw2-1.dll"));
     }
 
     #[test]
-    fn an_export_table_is_read_in_both_forms() {
+    fn export_table_is_parsed_in_both_forms() {
         for between in ["", "+base[   1]  0000 "] {
-            let said = format!(
+            let listing = format!(
                 "DLL Name: x\n\n[Ordinal/Name Pointer] Table\n\t[   0] {between}GetPose\n\t[   1] {between}SetPTPCmd\n\nThe Function Table\n"
             );
-            assert_eq!(windows(&said), ["GetPose", "SetPTPCmd"]);
+            assert_eq!(parse_export_table(&listing), ["GetPose", "SetPTPCmd"]);
         }
     }
 }

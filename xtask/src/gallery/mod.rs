@@ -36,7 +36,7 @@ pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
         write!(
             page,
             "\n## {}\n\n{} It took {seconds:.3} s.\n\n![{}](gallery/{name})\n",
-            mode.title, mode.says, mode.title
+            mode.title, mode.description, mode.title
         )?;
         println!("docs/evidence/gallery/{name}: {seconds:.3} s");
     }

@@ -11,15 +11,15 @@ pub(super) struct Mode {
     pub(super) name: &'static str,
     pub(super) title: &'static str,
     /// Description of the commands.
-    pub(super) says: &'static str,
+    pub(super) description: &'static str,
     /// Commands that are queued before the picture begins.
     pub(super) before: fn() -> Vec<Set>,
     /// Steps that the picture shows.
-    pub(super) acts: fn() -> Vec<Act>,
+    pub(super) steps: fn() -> Vec<Step>,
 }
 
 /// Step of a run.
-pub(super) enum Act {
+pub(super) enum Step {
     Queue(Set),
     Now(Set),
     Pass(Duration),
@@ -31,9 +31,9 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "movj",
         title: "MOVJ_XYZ: joints together",
-        says: "PTP mode 1 to (120, 180, 60) and on to (230, -90, -20) at ratio 100.",
+        description: "PTP mode 1 to (120, 180, 60) and on to (230, -90, -20) at ratio 100.",
         before: full_ratio,
-        acts: || {
+        steps: || {
             points(
                 PtpMode::MovjXyz,
                 &[[120.0, 180.0, 60.0, 0.0], [230.0, -90.0, -20.0, 0.0]],
@@ -43,9 +43,9 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "movl",
         title: "MOVL_XYZ: a straight line",
-        says: "PTP mode 2 through the same two points: straight in space, crooked in the joints.",
+        description: "PTP mode 2 through the same two points: straight in space, crooked in the joints.",
         before: full_ratio,
-        acts: || {
+        steps: || {
             points(
                 PtpMode::MovlXyz,
                 &[[120.0, 180.0, 60.0, 0.0], [230.0, -90.0, -20.0, 0.0]],
@@ -55,14 +55,14 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "jump",
         title: "JUMP_XYZ: up, across by the joints, down",
-        says: "PTP mode 0 from (200, 120, -40) to (220, -110, -20), jump height 60 mm, limit 100 mm.",
+        description: "PTP mode 0 from (200, 120, -40) to (220, -110, -20), jump height 60 mm, limit 100 mm.",
         before: || jump_from([200.0, 120.0, -40.0, 0.0]),
-        acts: || points(PtpMode::JumpXyz, &[[220.0, -110.0, -20.0, 0.0]]),
+        steps: || points(PtpMode::JumpXyz, &[[220.0, -110.0, -20.0, 0.0]]),
     },
     Mode {
         name: "jump-uneven",
         title: "JUMP_XYZ with unequal heights",
-        says: "PTPJump2Params 80 mm at the start and 30 mm at the end: the transfer descends on its way.",
+        description: "PTPJump2Params 80 mm at the start and 30 mm at the end: the transfer descends on its way.",
         before: || {
             let heights = Set::PtpJump2Params(PtpJump2Params {
                 start_jump_height: 80.0,
@@ -71,28 +71,28 @@ pub(super) const MODES: &[Mode] = &[
             });
             [jump_from([200.0, 120.0, -40.0, 0.0]), vec![heights]].concat()
         },
-        acts: || points(PtpMode::JumpXyz, &[[220.0, -110.0, -20.0, 0.0]]),
+        steps: || points(PtpMode::JumpXyz, &[[220.0, -110.0, -20.0, 0.0]]),
     },
     Mode {
         name: "jump-angle",
         title: "JUMP_ANGLE: a jump to joint angles",
-        says: "PTP mode 3 to (-30, 40, 50, 20) deg.",
+        description: "PTP mode 3 to (-30, 40, 50, 20) deg.",
         before: || jump_from([200.0, 120.0, -40.0, 0.0]),
-        acts: || points(PtpMode::JumpAngle, &[[-30.0, 40.0, 50.0, 20.0]]),
+        steps: || points(PtpMode::JumpAngle, &[[-30.0, 40.0, 50.0, 20.0]]),
     },
     Mode {
         name: "jump-movl",
         title: "JUMP_MOVL_XYZ: up, straight across, down",
-        says: "PTP mode 9 between the same points.",
+        description: "PTP mode 9 between the same points.",
         before: || jump_from([200.0, 120.0, -40.0, 0.0]),
-        acts: || points(PtpMode::JumpMovlXyz, &[[220.0, -110.0, -20.0, 0.0]]),
+        steps: || points(PtpMode::JumpMovlXyz, &[[220.0, -110.0, -20.0, 0.0]]),
     },
     Mode {
         name: "movj-angle",
         title: "MOVJ_ANGLE: joints to angles",
-        says: "PTP mode 4 to (60, 20, 30, -40) and (-45, 60, 50, 30) deg: a law for each joint, all end together.",
+        description: "PTP mode 4 to (60, 20, 30, -40) and (-45, 60, 50, 30) deg: a law for each joint, all end together.",
         before: full_ratio,
-        acts: || {
+        steps: || {
             points(
                 PtpMode::MovjAngle,
                 &[[60.0, 20.0, 30.0, -40.0], [-45.0, 60.0, 50.0, 30.0]],
@@ -102,16 +102,16 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "movl-angle",
         title: "MOVL_ANGLE: a straight line to joint angles",
-        says: "PTP mode 5 to (40, 30, 30, 0) deg.",
+        description: "PTP mode 5 to (40, 30, 30, 0) deg.",
         before: full_ratio,
-        acts: || points(PtpMode::MovlAngle, &[[40.0, 30.0, 30.0, 0.0]]),
+        steps: || points(PtpMode::MovlAngle, &[[40.0, 30.0, 30.0, 0.0]]),
     },
     Mode {
         name: "movj-inc",
         title: "MOVJ_INC: increments of the joints",
-        says: "PTP mode 6 by (60, -20, -10, 45) deg, and by (-90, 10, 20, 0).",
+        description: "PTP mode 6 by (60, -20, -10, 45) deg, and by (-90, 10, 20, 0).",
         before: full_ratio,
-        acts: || {
+        steps: || {
             points(
                 PtpMode::MovjAngleInc,
                 &[[60.0, -20.0, -10.0, 45.0], [-90.0, 10.0, 20.0, 0.0]],
@@ -121,9 +121,9 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "movj-xyz-inc",
         title: "MOVJ_XYZ_INC: increments along the axes, by the joints",
-        says: "PTP mode 8 by (30, 100, 60, 0) and by (-40, -180, -60, 0).",
+        description: "PTP mode 8 by (30, 100, 60, 0) and by (-40, -180, -60, 0).",
         before: full_ratio,
-        acts: || {
+        steps: || {
             points(
                 PtpMode::MovjXyzInc,
                 &[[30.0, 100.0, 60.0, 0.0], [-40.0, -180.0, -60.0, 0.0]],
@@ -133,7 +133,7 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "rail",
         title: "MOVL_XYZ with the rail",
-        says: "PTPWithLCmd to (230, -60, 20) and 120 mm along the rail: both begin and end together, the slower one sets the time. The base of the pictures travels with the arm.",
+        description: "PTPWithLCmd to (230, -60, 20) and 120 mm along the rail: both begin and end together, the slower one sets the time. The base of the pictures travels with the arm.",
         before: || {
             let rail = Set::SetDeviceWithL(SetDeviceWithL {
                 with_l: Flag::ON,
@@ -141,8 +141,8 @@ pub(super) const MODES: &[Mode] = &[
             });
             [full_ratio(), vec![rail]].concat()
         },
-        acts: || {
-            vec![Act::Queue(Set::PtpWithLCmd(PtpWithLCmd {
+        steps: || {
+            vec![Step::Queue(Set::PtpWithLCmd(PtpWithLCmd {
                 ptp_mode: PtpMode::MovlXyz,
                 x: 230.0,
                 y: -60.0,
@@ -155,9 +155,9 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "movl-inc",
         title: "MOVL_XYZ_INC: increments along the axes",
-        says: "PTP mode 7 four times: a square of 80 mm, each side counted from where the one before ended.",
+        description: "PTP mode 7 four times: a square of 80 mm, each side counted from where the one before ended.",
         before: full_ratio,
-        acts: || {
+        steps: || {
             let sides = [[0.0, 80.0], [60.0, 0.0], [0.0, -80.0], [-60.0, 0.0]];
             points(PtpMode::MovlXyzInc, &sides.map(|[x, y]| [x, y, 0.0, 0.0]))
         },
@@ -165,7 +165,7 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "limit",
         title: "MOVL_XYZ into a limit",
-        says: "PTP mode 2 from (60, 170, -90) to (60, -170, -90): both ends can be reached, the middle cannot. The arm stops there and raises an alarm.",
+        description: "PTP mode 2 from (60, 170, -90) to (60, -170, -90): both ends can be reached, the middle cannot. The arm stops there and raises an alarm.",
         before: || {
             [
                 full_ratio(),
@@ -173,26 +173,26 @@ pub(super) const MODES: &[Mode] = &[
             ]
             .concat()
         },
-        acts: || points(PtpMode::MovlXyz, &[[60.0, -170.0, -90.0, 0.0]]),
+        steps: || points(PtpMode::MovlXyz, &[[60.0, -170.0, -90.0, 0.0]]),
     },
     Mode {
         name: "force-stop",
         title: "ForceStop in a MOVJ",
-        says: "A long MOVJ, stopped after 0.6 s: the joints brake together at twice the acceleration.",
+        description: "A long MOVJ, stopped after 0.6 s: the joints brake together at twice the acceleration.",
         before: full_ratio,
-        acts: || {
+        steps: || {
             let stop = Set::QueuedCmdForceStopExec(QueuedCmdForceStopExec {});
             vec![
-                Act::Queue(ptp(PtpMode::MovjAngle, [100.0, 20.0, 10.0, 0.0])),
-                Act::Pass(6 * SECOND / 10),
-                Act::Now(stop),
+                Step::Queue(ptp(PtpMode::MovjAngle, [100.0, 20.0, 10.0, 0.0])),
+                Step::Pass(6 * SECOND / 10),
+                Step::Now(stop),
             ]
         },
     },
     Mode {
         name: "arc",
         title: "ARC: through one point to another",
-        says: "ARCCmd from (200, -100, 0) through (260, 0, 40) to (200, 100, 0): round in a tilted plane.",
+        description: "ARCCmd from (200, -100, 0) through (260, 0, 40) to (200, 100, 0): round in a tilted plane.",
         before: || {
             [
                 full_ratio(),
@@ -200,8 +200,8 @@ pub(super) const MODES: &[Mode] = &[
             ]
             .concat()
         },
-        acts: || {
-            vec![Act::Queue(Set::ArcCmd(ArcCmd {
+        steps: || {
+            vec![Step::Queue(Set::ArcCmd(ArcCmd {
                 cir_point: [260.0, 0.0, 40.0, 0.0],
                 to_point: [200.0, 100.0, 0.0, 0.0],
             }))]
@@ -210,7 +210,7 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "circle",
         title: "CIRCLE: a full turn",
-        says: "CircleCmd through (240, 40, 0) and (200, 80, 0), one turn, back to where it began.",
+        description: "CircleCmd through (240, 40, 0) and (200, 80, 0), one turn, back to where it began.",
         before: || {
             [
                 full_ratio(),
@@ -218,8 +218,8 @@ pub(super) const MODES: &[Mode] = &[
             ]
             .concat()
         },
-        acts: || {
-            vec![Act::Queue(Set::CircleCmd(CircleCmd {
+        steps: || {
+            vec![Step::Queue(Set::CircleCmd(CircleCmd {
                 cir_point: [240.0, 40.0, 0.0, 0.0],
                 to_point: [200.0, 80.0, 0.0, 0.0],
                 count: 1,
@@ -229,7 +229,7 @@ pub(super) const MODES: &[Mode] = &[
     Mode {
         name: "cp",
         title: "CP: a continuous path",
-        says: "CPCmd, 30 segments round a rosette at planAcc 400, junctionVel 100: it slows where the path turns and never stops on the way.",
+        description: "CPCmd, 30 segments round a rosette at planAcc 400, junctionVel 100: it slows where the path turns and never stops on the way.",
         before: || {
             let cp = Set::CpParams(CpParams {
                 plan_acc: 400.0,
@@ -243,12 +243,12 @@ pub(super) const MODES: &[Mode] = &[
             ]
             .concat()
         },
-        acts: rosette,
+        steps: rosette,
     },
     Mode {
         name: "cp-corner",
         title: "CP: corners",
-        says: "CPCmd round a square, seven segments a side: full speed along a side, nearly none at a corner.",
+        description: "CPCmd round a square, seven segments a side: full speed along a side, nearly none at a corner.",
         before: || {
             let cp = Set::CpParams(CpParams {
                 plan_acc: 400.0,
@@ -262,12 +262,12 @@ pub(super) const MODES: &[Mode] = &[
             ]
             .concat()
         },
-        acts: square,
+        steps: square,
     },
     Mode {
         name: "cp-real-time",
         title: "CP in real time",
-        says: "The same square with realTimeTrack and a period of 100 ms: a segment of 8.6 mm a period, without regard to corners.",
+        description: "The same square with realTimeTrack and a period of 100 ms: a segment of 8.6 mm a period, without regard to corners.",
         before: || {
             let cp = Set::CpParams(CpParams {
                 plan_acc: 400.0,
@@ -281,64 +281,64 @@ pub(super) const MODES: &[Mode] = &[
             ]
             .concat()
         },
-        acts: square,
+        steps: square,
     },
     Mode {
         name: "jog-change",
         title: "JOG of another axis",
-        says: "JOGCmd Z+ for 1 s, then X+ for 1 s: the second takes over the speed of the first, with its sign, as a [recorded arm](../reference/MODEL.md#section-7) does.",
+        description: "JOGCmd Z+ for 1 s, then X+ for 1 s: the second takes over the speed of the first, with its sign, as a [recorded arm](../reference/MODEL.md#section-7) does.",
         before: jog_ratio,
-        acts: || {
+        steps: || {
             vec![
-                Act::Now(jog(false, JogCommand::Axis3Plus)),
-                Act::Pass(SECOND),
-                Act::Now(jog(false, JogCommand::Axis1Plus)),
-                Act::Pass(SECOND),
-                Act::Now(jog(false, JogCommand::Stop)),
+                Step::Now(jog(false, JogCommand::Axis3Plus)),
+                Step::Pass(SECOND),
+                Step::Now(jog(false, JogCommand::Axis1Plus)),
+                Step::Pass(SECOND),
+                Step::Now(jog(false, JogCommand::Stop)),
             ]
         },
     },
     Mode {
         name: "jog-limit",
         title: "JOG into a limit",
-        says: "JOGCmd J2+ until J2 or its coupling with J3 stands at a limit: the jog ends there with an alarm.",
+        description: "JOGCmd J2+ until J2 or its coupling with J3 stands at a limit: the jog ends there with an alarm.",
         before: jog_ratio,
-        acts: || vec![Act::Now(jog(true, JogCommand::Axis2Plus))],
+        steps: || vec![Step::Now(jog(true, JogCommand::Axis2Plus))],
     },
     Mode {
         name: "jog-joint",
         title: "JOG of a joint, there and back",
-        says: "JOGCmd J1+ for 1.5 s, then J1-, which passes through zero, then stop; ratio 100.",
+        description: "JOGCmd J1+ for 1.5 s, then J1-, which passes through zero, then stop; ratio 100.",
         before: jog_ratio,
-        acts: || {
+        steps: || {
             vec![
-                Act::Now(jog(true, JogCommand::Axis1Plus)),
-                Act::Pass(3 * SECOND / 2),
-                Act::Now(jog(true, JogCommand::Axis1Minus)),
-                Act::Pass(2 * SECOND),
-                Act::Now(jog(true, JogCommand::Stop)),
+                Step::Now(jog(true, JogCommand::Axis1Plus)),
+                Step::Pass(3 * SECOND / 2),
+                Step::Now(jog(true, JogCommand::Axis1Minus)),
+                Step::Pass(2 * SECOND),
+                Step::Now(jog(true, JogCommand::Stop)),
             ]
         },
     },
     Mode {
         name: "jog-line",
         title: "JOG along Y",
-        says: "JOGCmd Y+ for 2 s, then stop: the tool goes straight and keeps r, so J4 turns against J1.",
+        description: "JOGCmd Y+ for 2 s, then stop: the tool goes straight and keeps r, so J4 turns against J1.",
         before: jog_ratio,
-        acts: || {
+        steps: || {
             vec![
-                Act::Now(jog(false, JogCommand::Axis2Plus)),
-                Act::Pass(2 * SECOND),
-                Act::Now(jog(false, JogCommand::Stop)),
+                Step::Now(jog(false, JogCommand::Axis2Plus)),
+                Step::Pass(2 * SECOND),
+                Step::Now(jog(false, JogCommand::Stop)),
             ]
         },
     },
     Mode {
         name: "home",
         title: "HOME: the search for the switch, then the home point",
-        says: "HOMECmd: J1 goes negative to its switch, backs off, creeps on, is set; then all joints go home.",
+        description: "HOMECmd: J1 goes negative to its switch, backs off, creeps on, is set; then all joints go home.",
         before: Vec::new,
-        acts: || vec![Act::Queue(Set::HomeCmd(HomeCmd { reserved: 0 }))],
+        steps: || vec![Step::Queue(Set::HomeCmd(HomeCmd { reserved: 0 }))],
     },
 ];
 
@@ -352,10 +352,10 @@ fn ptp(ptp_mode: PtpMode, [x, y, z, r]: [f32; 4]) -> Set {
     })
 }
 
-fn points(mode: PtpMode, points: &[[f32; 4]]) -> Vec<Act> {
+fn points(mode: PtpMode, points: &[[f32; 4]]) -> Vec<Step> {
     points
         .iter()
-        .map(|point| Act::Queue(ptp(mode, *point)))
+        .map(|point| Step::Queue(ptp(mode, *point)))
         .collect()
 }
 
@@ -388,8 +388,8 @@ fn jog(is_joint: bool, cmd: JogCommand) -> Set {
     })
 }
 
-fn segment(x: f64, y: f64) -> Act {
-    Act::Queue(Set::CpCmd(CpCmd {
+fn segment(x: f64, y: f64) -> Step {
+    Step::Queue(Set::CpCmd(CpCmd {
         cp_mode: CpMode::Absolute,
         x: x as f32,
         y: y as f32,
@@ -398,7 +398,7 @@ fn segment(x: f64, y: f64) -> Act {
     }))
 }
 
-fn rosette() -> Vec<Act> {
+fn rosette() -> Vec<Step> {
     (1..=30)
         .map(|step| {
             let turn = f64::from(step) / 30.0 * std::f64::consts::TAU;
@@ -408,7 +408,7 @@ fn rosette() -> Vec<Act> {
         .collect()
 }
 
-fn square() -> Vec<Act> {
+fn square() -> Vec<Step> {
     let corners = [
         (200.0, -40.0),
         (260.0, -40.0),

@@ -11,7 +11,7 @@ use super::modes::Mode;
 use super::run::{Run, Sample};
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = Result<(), Box<dyn Error>>;
+type DrawResult = Result<(), Box<dyn Error>>;
 
 const SIZE: (u32, u32) = (1320, 420);
 const INK: RGBColor = RGBColor(31, 41, 51);
@@ -34,16 +34,16 @@ pub(super) fn draw(mode: &Mode, run: &Run) -> Result<String, Box<dyn Error>> {
         let root = root.titled(mode.title, ("sans-serif", 20).into_font().color(&INK))?;
         let (above, rest) = root.split_horizontally(430);
         let (side, speeds) = rest.split_horizontally(400);
-        from_above(&above, &run.looks)?;
-        from_the_side(&side, &run.looks)?;
-        joint_speeds(&speeds, &run.looks)?;
+        from_above(&above, &run.samples)?;
+        from_the_side(&side, &run.samples)?;
+        joint_speeds(&speeds, &run.samples)?;
         root.present()?;
     }
     Ok(text)
 }
 
 /// Extends the ranges to equal scales on both axes.
-fn fitted(x: Range<f64>, y: Range<f64>, aspect: f64) -> (Range<f64>, Range<f64>) {
+fn with_equal_scales(x: Range<f64>, y: Range<f64>, aspect: f64) -> (Range<f64>, Range<f64>) {
     let (width, height) = (x.end - x.start, y.end - y.start);
     let width_wanted = width.max(height * aspect);
     let height_wanted = width_wanted / aspect;
@@ -61,7 +61,7 @@ fn panel(
     ranges: (Range<f64>, Range<f64>),
     ground: Vec<(f64, f64)>,
     track: Vec<(f64, f64)>,
-) -> Drawn {
+) -> DrawResult {
     let mut chart = ChartBuilder::on(area)
         .caption(caption, ("sans-serif", 15).into_font().color(&INK))
         .margin(8)
@@ -92,28 +92,28 @@ fn panel(
 }
 
 /// Converts a position on the ground into the view of a drawing on paper.
-fn seen(place: [f64; 2]) -> (f64, f64) {
+fn to_view(place: [f64; 2]) -> (f64, f64) {
     let [right, up] = TopView::PAPER.project(place);
     (right, up)
 }
 
-fn from_above(area: &Area<'_>, looks: &[Sample]) -> Drawn {
+fn from_above(area: &Area<'_>, samples: &[Sample]) -> DrawResult {
     let (near, far) = (46.2, 269.0);
     let turn = ArmModel::MAGICIAN.limits.j1;
     let arc = |radius: f64| {
         (0..=90).map(move |step| {
             let angle = turn.min + (turn.max - turn.min) * f64::from(step) / 90.0;
             let (sin, cos) = angle.to_radians().sin_cos();
-            seen([radius * cos, radius * sin])
+            to_view([radius * cos, radius * sin])
         })
     };
     let inner: Vec<_> = arc(near).collect();
     let ground = arc(far).chain(inner.into_iter().rev()).collect();
-    let track = looks
+    let track = samples
         .iter()
-        .map(|look| seen([look.pose.x, look.pose.y]))
+        .map(|sample| to_view([sample.pose.x, sample.pose.y]))
         .collect();
-    let ranges = fitted(-210.0..290.0, -290.0..290.0, 1.12);
+    let ranges = with_equal_scales(-210.0..290.0, -290.0..290.0, 1.12);
     panel(
         area,
         "from above",
@@ -124,12 +124,12 @@ fn from_above(area: &Area<'_>, looks: &[Sample]) -> Drawn {
     )
 }
 
-fn from_the_side(area: &Area<'_>, looks: &[Sample]) -> Drawn {
-    let track = looks
+fn from_the_side(area: &Area<'_>, samples: &[Sample]) -> DrawResult {
+    let track = samples
         .iter()
-        .map(|look| (look.pose.x.hypot(look.pose.y), look.pose.z))
+        .map(|sample| (sample.pose.x.hypot(sample.pose.y), sample.pose.z))
         .collect();
-    let ranges = fitted(30.0..290.0, -160.0..190.0, 1.04);
+    let ranges = with_equal_scales(30.0..290.0, -160.0..190.0, 1.04);
     let names = ("distance from the axis / mm", "z / mm");
     panel(area, "from the side", names, ranges, section(), track)
 }
@@ -171,12 +171,12 @@ fn section() -> Vec<(f64, f64)> {
     outline
 }
 
-fn joint_speeds(area: &Area<'_>, looks: &[Sample]) -> Drawn {
-    let axes = |look: &Sample| {
-        let [j1, j2, j3, j4] = look.joints.to_array();
-        [j1, j2, j3, j4, look.rail]
+fn joint_speeds(area: &Area<'_>, samples: &[Sample]) -> DrawResult {
+    let axes = |sample: &Sample| {
+        let [j1, j2, j3, j4] = sample.joints.to_array();
+        [j1, j2, j3, j4, sample.rail]
     };
-    let speeds: Vec<(f64, [f64; 5])> = looks
+    let speeds: Vec<(f64, [f64; 5])> = samples
         .windows(2)
         .filter_map(|pair| match pair {
             [a, b] if b.at > a.at => {
@@ -187,7 +187,7 @@ fn joint_speeds(area: &Area<'_>, looks: &[Sample]) -> Drawn {
             _ => None,
         })
         .collect();
-    let end = looks.last().map_or(1.0, |look| look.at).max(0.01);
+    let end = samples.last().map_or(1.0, |sample| sample.at).max(0.01);
     let all = || speeds.iter().flat_map(|(_, speed)| speed.iter().copied());
     let (least, most) = (all().fold(-1.0, f64::min), all().fold(1.0, f64::max));
     let mut chart = ChartBuilder::on(area)

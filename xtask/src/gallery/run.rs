@@ -6,14 +6,14 @@ use magician_motion::{JointAngles, Pose};
 use magician_protocol::{Ctrl, FrameBuf, Set};
 use magician_sim::{ArmInstant, Controller, ControllerState, LinkId};
 
-use super::modes::{Act, Mode};
+use super::modes::{Mode, Step};
 
 /// Interval of samples.
-const LOOK: Duration = Duration::from_millis(2);
+const SAMPLE_INTERVAL: Duration = Duration::from_millis(2);
 /// Largest number of samples in a picture.
-const MOST_LOOKS: usize = 400;
+const MAX_SAMPLES: usize = 400;
 /// Longest run. A longer one means that the mode never ends, which is a mistake in it.
-const LONGEST: Duration = Duration::from_secs(120);
+const MAX_DURATION: Duration = Duration::from_secs(120);
 
 const USB: LinkId = LinkId(0);
 
@@ -28,13 +28,13 @@ pub(super) struct Sample {
 
 /// Samples in order.
 pub(super) struct Run {
-    pub(super) looks: Vec<Sample>,
+    pub(super) samples: Vec<Sample>,
 }
 
 impl Run {
     /// Returns the duration of the motion, s.
     pub(super) fn seconds(&self) -> f64 {
-        self.looks.last().map_or(0.0, |last| last.at)
+        self.samples.last().map_or(0.0, |last| last.at)
     }
 }
 
@@ -54,48 +54,53 @@ pub(super) fn run(mode: &Mode) -> Run {
     for set in (mode.before)() {
         send(&mut arm, &set, Ctrl::QUEUED);
     }
-    rest(&mut arm);
+    wait_for_rest(&mut arm);
     let began = arm.now();
-    let mut looks = vec![look(&arm.state(), began)];
-    for act in (mode.acts)() {
-        match act {
-            Act::Queue(set) => send(&mut arm, &set, Ctrl::QUEUED),
-            Act::Now(set) => send(&mut arm, &set, Ctrl::SET),
-            Act::Pass(span) => watch(&mut arm, began, Some(span), &mut looks),
+    let mut samples = vec![sample(&arm.state(), began)];
+    for step in (mode.steps)() {
+        match step {
+            Step::Queue(set) => send(&mut arm, &set, Ctrl::QUEUED),
+            Step::Now(set) => send(&mut arm, &set, Ctrl::SET),
+            Step::Pass(span) => take_samples(&mut arm, began, Some(span), &mut samples),
         }
     }
-    watch(&mut arm, began, None, &mut looks);
+    take_samples(&mut arm, began, None, &mut samples);
     Run {
-        looks: thinned(&looks),
+        samples: thin_out(&samples),
     }
 }
 
 /// Reduces samples to the number that a picture can show, keeping the first and the last.
-fn thinned(looks: &[Sample]) -> Vec<Sample> {
-    let step = looks.len() / MOST_LOOKS + 1;
-    let last = looks.len().saturating_sub(1);
+fn thin_out(samples: &[Sample]) -> Vec<Sample> {
+    let step = samples.len() / MAX_SAMPLES + 1;
+    let last = samples.len().saturating_sub(1);
     let keep = |at: &usize| at.is_multiple_of(step) || *at == last;
-    let kept = looks.iter().enumerate().filter(|(at, _)| keep(at));
-    kept.map(|(_, look)| *look).collect()
+    let kept = samples.iter().enumerate().filter(|(at, _)| keep(at));
+    kept.map(|(_, sample)| *sample).collect()
 }
 
-fn rest(arm: &mut Controller) {
+fn wait_for_rest(arm: &mut Controller) {
     while let Some(at) = arm.poll_timeout() {
         arm.advance(at);
     }
 }
 
 /// Samples for a span, or until nothing is scheduled any more.
-fn watch(arm: &mut Controller, began: ArmInstant, span: Option<Duration>, looks: &mut Vec<Sample>) {
-    let end = arm.now() + span.unwrap_or(LONGEST);
+fn take_samples(
+    arm: &mut Controller,
+    began: ArmInstant,
+    span: Option<Duration>,
+    samples: &mut Vec<Sample>,
+) {
+    let end = arm.now() + span.unwrap_or(MAX_DURATION);
     while arm.now() < end && (span.is_some() || arm.poll_timeout().is_some()) {
-        let next = arm.now() + LOOK;
+        let next = arm.now() + SAMPLE_INTERVAL;
         arm.advance(next.min(end));
-        looks.push(look(&arm.state(), began));
+        samples.push(sample(&arm.state(), began));
     }
 }
 
-fn look(state: &ControllerState, began: ArmInstant) -> Sample {
+fn sample(state: &ControllerState, began: ArmInstant) -> Sample {
     Sample {
         at: (state.now - began).as_secs_f64(),
         pose: state.pose,

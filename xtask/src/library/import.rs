@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_names_the_vendors_file_and_every_function() {
+    fn import_library_names_the_vendors_file_and_every_function() {
         let folder = std::env::temp_dir().join(format!("magician-import-{}", std::process::id()));
         fs::create_dir_all(&folder).expect("a folder");
         for (target, symbol) in [

@@ -98,7 +98,7 @@ fn lay_out(
     for (name, family) in FAMILIES {
         let library = folder.join("lib/dobotdll").join(name);
         fs::create_dir_all(&library)?;
-        put_library(built, name, target, &library)?;
+        copy_library(built, name, target, &library)?;
         if target.contains("windows") {
             import::write(&library, family, target)?;
         }
@@ -166,7 +166,7 @@ pub(super) fn imports(target: &str, folder: &Path) -> Result<(), Box<dyn Error>>
 }
 
 /// Copies the library under the vendor's names.
-fn put_library(built: &Path, family: &str, target: &str, to: &Path) -> Result<(), Box<dyn Error>> {
+fn copy_library(built: &Path, family: &str, target: &str, to: &Path) -> Result<(), Box<dyn Error>> {
     if target.contains("windows") {
         fs::copy(
             built.join(format!("dobotdll_{family}.dll")),

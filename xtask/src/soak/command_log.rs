@@ -12,13 +12,13 @@ use magician::connection::Failure;
 use crate::bench::figure::Figure;
 
 /// Number of later commands after which a command is judged.
-const KEPT: usize = 512;
+const JUDGE_AFTER: usize = 512;
 
 /// Command that has been sent and not yet judged.
 struct Entry {
     number: u64,
     params: Vec<u8>,
-    fate: Option<Result<u64, Failure>>,
+    outcome: Option<Result<u64, Failure>>,
     /// Indices under which the arm accepted it.
     taken: Vec<u64>,
     /// True if the arm was reset since a command was last reported as accepted.
@@ -102,11 +102,11 @@ impl CommandLog {
         self.entries.push_back(Entry {
             number,
             params: params.to_vec(),
-            fate: None,
+            outcome: None,
             taken: Vec::new(),
             reset: false,
         });
-        while self.entries.len() > KEPT {
+        while self.entries.len() > JUDGE_AFTER {
             self.judge_first();
         }
     }
@@ -118,11 +118,11 @@ impl CommandLog {
     }
 
     /// Records that the arm accepted a command.
-    pub(super) fn take(&mut self, params: &[u8], index: u64) {
+    pub(super) fn note_accepted(&mut self, params: &[u8], index: u64) {
         let Some(number) = self.numbers.get(params).copied() else {
             self.strays.push_back(index);
             self.tally.strays += 1;
-            if self.strays.len() > KEPT {
+            if self.strays.len() > JUDGE_AFTER {
                 self.strays.pop_front();
             }
             return;
@@ -138,23 +138,23 @@ impl CommandLog {
     }
 
     /// Records the outcome reported to the caller. `boots` is the number of resets so far.
-    pub(super) fn tell(&mut self, number: u64, fate: Result<u64, Failure>, boots: u32) {
+    pub(super) fn note_outcome(&mut self, number: u64, outcome: Result<u64, Failure>, boots: u32) {
         let reset = boots != self.boots;
-        if fate.is_ok() {
+        if outcome.is_ok() {
             self.boots = boots;
         }
         if let Some(entry) = self.entry(number) {
-            (entry.fate, entry.reset) = (Some(fate), reset);
+            (entry.outcome, entry.reset) = (Some(outcome), reset);
         }
-        if let Err(Failure::Uncertain { from, to }) = fate {
+        if let Err(Failure::Uncertain { from, to }) = outcome {
             self.report((from.unwrap_or(u64::MAX), to.unwrap_or(0)));
         }
     }
 
     /// Records that these indices were reported to the host as unreliable.
-    pub(super) fn report(&mut self, interval: (u64, u64)) {
+    pub(super) fn note_unreliable(&mut self, interval: (u64, u64)) {
         self.reports.push_back(interval);
-        if self.reports.len() > KEPT {
+        if self.reports.len() > JUDGE_AFTER {
             self.reports.pop_front();
         }
     }
@@ -164,7 +164,7 @@ impl CommandLog {
     }
 
     /// Judges all remaining commands.
-    pub(super) fn close(&mut self) {
+    pub(super) fn judge_rest(&mut self) {
         while !self.entries.is_empty() {
             self.judge_first();
         }
@@ -176,9 +176,9 @@ impl CommandLog {
         };
         self.numbers.remove(&entry.params);
         let taken = entry.taken.as_slice();
-        let told = entry.fate.and_then(Result::ok);
+        let reported = entry.outcome.and_then(Result::ok);
         let reported = match taken {
-            [] => told.is_some_and(|index| self.is_reported(index)),
+            [] => reported.is_some_and(|index| self.is_reported(index)),
             // A single acceptance is correct; any further ones must have been reported.
             [..] => {
                 taken
@@ -190,7 +190,7 @@ impl CommandLog {
             }
         };
         let tally = &mut self.tally;
-        let wrong = match entry.fate {
+        let wrong = match entry.outcome {
             Some(Ok(index)) => match taken {
                 [one] if *one == index => {
                     tally.once += 1;

@@ -8,7 +8,7 @@ use magician::pair::Digest;
 use magician::sim::world::Drawing;
 use magician_program::Plan;
 
-use super::{Found, Scope};
+use super::{Scope, SoakResult};
 use crate::bench::figure::Figure;
 
 #[path = "../../../crates/magician-program/tests/program/lossy/datagrams.rs"]
@@ -32,9 +32,9 @@ use verdict::{Came, drawn, judge};
 
 const SAMPLES: &str = "../crates/magician-program/samples";
 /// Interval at which a run draws over a network: every fifth run.
-const NETWORK: u64 = 5;
+const NETWORK_INTERVAL: u64 = 5;
 /// Largest number of failed drawings that are printed.
-const MOST_TOLD: u64 = 10;
+const MAX_PRINTED: u64 = 10;
 
 /// Plan, and its drawing without faults.
 struct Program {
@@ -66,7 +66,7 @@ pub(super) fn sample(name: &str) -> Result<Plan, Box<dyn Error>> {
 }
 
 /// Runs this many drawings, each with its own program, faults and seed.
-pub(super) fn drawings(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn drawings(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join(SAMPLES);
     let mut all = Vec::new();
     for name in programs::PROGRAMS {
@@ -81,17 +81,17 @@ pub(super) fn drawings(scope: Scope) -> Result<Found, Box<dyn Error>> {
             .get((nth % all.len() as u64) as usize)
             .ok_or("no programs")?;
         let round = nth / all.len() as u64;
-        let wrong = match round % NETWORK {
-            0 => tally.over_a_network(program, round / NETWORK, seed)?,
+        let wrong = match round % NETWORK_INTERVAL {
+            0 => tally.over_a_network(program, round / NETWORK_INTERVAL, seed)?,
             _ => tally.over_a_line(program, round, seed)?,
         };
         let Some(wrong) = wrong else { continue };
         tally.wrong += 1;
-        if tally.wrong <= MOST_TOLD {
+        if tally.wrong <= MAX_PRINTED {
             println!("  {}: {wrong}", program.name);
         }
     }
-    Ok(Found {
+    Ok(SoakResult {
         figures: tally.figures(scope.cases),
         digest: Some(tally.digest.0),
     })
@@ -120,7 +120,7 @@ impl Tally {
             .add(outcome.requests[0], &trace(&outcome.drawing));
         Ok(match judge(plan, right, trouble, &outcome) {
             Ok(came) => {
-                self.came(came);
+                self.count(came);
                 None
             }
             Err(why) => Some(format!(
@@ -160,11 +160,11 @@ impl Tally {
                 return Ok(Some(format!("{found}; {stopped:?}")));
             }
         };
-        self.came(verdict);
+        self.count(verdict);
         Ok(None)
     }
 
-    fn came(&mut self, came: Came) {
+    fn count(&mut self, came: Came) {
         let count = match came {
             Came::Same => &mut self.same,
             Came::Equal => &mut self.equal,

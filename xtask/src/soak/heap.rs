@@ -9,7 +9,7 @@ thread_local! {
 }
 
 /// System allocator with a counter.
-struct Counting;
+struct CountingAllocator;
 
 fn count(by: isize) {
     // The thread-local is gone while a thread ends, so errors are ignored.
@@ -17,7 +17,7 @@ fn count(by: isize) {
 }
 
 // SAFETY: all is left to the system's allocator; counting allocates nothing.
-unsafe impl GlobalAlloc for Counting {
+unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size() as isize);
         // SAFETY: as the caller promises.
@@ -32,7 +32,7 @@ unsafe impl GlobalAlloc for Counting {
 }
 
 #[global_allocator]
-static COUNTING: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Returns the bytes that this thread has allocated and not freed.
 pub(super) fn in_use() -> usize {

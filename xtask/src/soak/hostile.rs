@@ -10,15 +10,15 @@ use magician::stream::{Stream, StreamSettings};
 use magician_protocol::commands::{DeviceTime, Pose, QueuedCmdCurrentIndex, WaitCmd};
 use magician_protocol::{BAUD_RATE, Ctrl, FrameBuf, NoArgs};
 
-use super::{Found, Scope, heap, program};
+use super::{Scope, SoakResult, heap, program};
 use crate::bench::figure::Figure;
 
 const SECOND: u64 = 1_000_000;
 /// Timeout of every request, and of a stream's own requests.
-const PATIENCE: u64 = 5 * SECOND;
+const REQUEST_TIMEOUT: u64 = 5 * SECOND;
 
 /// Host under attack, with its clock.
-struct Siege {
+struct AttackedHost {
     dice: Dice,
     now: u64,
     host: Connection,
@@ -26,7 +26,7 @@ struct Siege {
     /// Open requests with their deadlines.
     open: Vec<(Ticket, u64)>,
     /// Frames that the host sent and the arm may still answer, newest last.
-    heard: Vec<FrameBuf>,
+    sent_frames: Vec<FrameBuf>,
     /// Largest number of own requests that the host has open.
     most: usize,
     index: u64,
@@ -37,7 +37,7 @@ struct Siege {
     digest: Digest,
 }
 
-impl Siege {
+impl AttackedHost {
     fn new(seed: u64) -> Self {
         let mut dice = Dice::new(seed);
         let settings = match dice.below(4) {
@@ -55,7 +55,7 @@ impl Siege {
             dice,
             now: 0,
             open: Vec::with_capacity(256),
-            heard: Vec::with_capacity(16),
+            sent_frames: Vec::with_capacity(16),
             most: 200,
             index: 1,
             number: 0,
@@ -69,18 +69,18 @@ impl Siege {
     fn step(&mut self) {
         match self.dice.below(16) {
             0..=4 => self.answer(),
-            5 => self.rubbish(),
+            5 => self.send_unsolicited(),
             6..=7 => self.submit(),
             8..=9 => self.offer(),
             10..=13 => self.pass(),
-            14 => self.strike(),
+            14 => self.disturb(),
             _ => {
                 let cut = self.dice.below(20) as usize;
                 let bytes: [u8; 20] = std::array::from_fn(|_| self.dice.byte());
                 self.receive(bytes.get(..cut).unwrap_or(&bytes));
             }
         }
-        self.turn();
+        self.exchange();
     }
 
     fn receive(&mut self, bytes: &[u8]) {
@@ -90,8 +90,12 @@ impl Siege {
 
     /// Sends a reply to one of these frames, more or less correct.
     fn answer(&mut self) {
-        let count = self.heard.len() as u64;
-        let Some(asked) = self.heard.get(self.dice.below(count) as usize).copied() else {
+        let count = self.sent_frames.len() as u64;
+        let Some(asked) = self
+            .sent_frames
+            .get(self.dice.below(count) as usize)
+            .copied()
+        else {
             return;
         };
         let view = asked.frame();
@@ -136,12 +140,13 @@ impl Siege {
             }
         }
         if !self.dice.chance(0.3) {
-            self.heard.retain(|other| other.bytes() != asked.bytes());
+            self.sent_frames
+                .retain(|other| other.bytes() != asked.bytes());
         }
     }
 
     /// Sends an unsolicited frame.
-    fn rubbish(&mut self) {
+    fn send_unsolicited(&mut self) {
         let mut params = [0; 64];
         params.fill_with(|| self.dice.byte());
         let length = self.dice.below(64) as usize;
@@ -167,7 +172,7 @@ impl Siege {
             _ => Ok(program::request(&program::mixed(self.number)).repeatable()),
         };
         let Ok(request) = request else { return };
-        let end = self.now + self.dice.below(PATIENCE);
+        let end = self.now + self.dice.below(REQUEST_TIMEOUT);
         let request = if self.dice.chance(0.02) {
             request.priority(Priority::Stop)
         } else {
@@ -200,12 +205,12 @@ impl Siege {
     }
 
     /// Loses and restores the line, resets the arm, or ends the stream.
-    fn strike(&mut self) {
+    fn disturb(&mut self) {
         match self.dice.below(40) {
             0 => {
                 self.stream.interrupt(Failure::Lost);
                 self.host.interrupt();
-                self.heard.clear();
+                self.sent_frames.clear();
             }
             1..=20 => self.host.restored(),
             21 => self.index = 0,
@@ -216,20 +221,20 @@ impl Siege {
 
     /// Exchanges frames and events with the host after every call, as the I/O layer of a connection
     /// does.
-    fn turn(&mut self) {
+    fn exchange(&mut self) {
         for _ in 0..64 {
             self.stream.advance(self.now, &mut self.host);
             let mut quiet = true;
             while let Some(frame) = self.host.poll_transmit(self.now) {
                 self.digest.add(self.now, frame.bytes());
-                if self.heard.len() == self.heard.capacity() {
-                    self.heard.remove(0);
+                if self.sent_frames.len() == self.sent_frames.capacity() {
+                    self.sent_frames.remove(0);
                 }
-                self.heard.push(frame);
+                self.sent_frames.push(frame);
                 quiet = false;
             }
             while let Some(event) = self.host.poll_event() {
-                self.tell(event);
+                self.note_event(event);
                 quiet = false;
             }
             while self.stream.poll_event().is_some() {}
@@ -249,7 +254,7 @@ impl Siege {
         }
     }
 
-    fn tell(&mut self, event: Event) {
+    fn note_event(&mut self, event: Event) {
         match event {
             Event::Done { ticket, result } => {
                 if let Some(at) = self.open.iter().position(|(open, _)| *open == ticket) {
@@ -277,32 +282,36 @@ fn stream(dice: &mut Dice) -> Stream {
 }
 
 /// R6: sessions of some thousand steps each.
-pub(super) fn lives(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn sessions(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     // Steps of a session. A choice: long enough to fill the host's queues, short enough for many
     // fresh hosts.
-    const LIFE: u64 = 5_000;
+    const STEPS_PER_SESSION: u64 = 5_000;
     let (mut late, mut ended, mut streams, mut open) = (0, 0, 0, 0);
     let mut digest = Digest::default();
-    for life in 0..scope.cases.div_ceil(LIFE) {
-        let mut siege = Siege::new(scope.seed.wrapping_mul(1_000_003).wrapping_add(life));
-        for _ in 0..LIFE {
-            siege.step();
+    for life in 0..scope.cases.div_ceil(STEPS_PER_SESSION) {
+        let mut attacked = AttackedHost::new(scope.seed.wrapping_mul(1_000_003).wrapping_add(life));
+        for _ in 0..STEPS_PER_SESSION {
+            attacked.step();
         }
         // Without further attacks everything must end.
-        let end = siege.now + 2 * PATIENCE;
-        while siege.now < end {
-            siege.now += 10_000;
-            siege.pass();
-            siege.turn();
+        let end = attacked.now + 2 * REQUEST_TIMEOUT;
+        while attacked.now < end {
+            attacked.now += 10_000;
+            attacked.pass();
+            attacked.turn();
         }
-        (late, ended) = (late + siege.late, ended + siege.ended);
-        streams += siege.streams;
-        open += siege.open.len() as u64;
-        digest.add(siege.now, &siege.digest.0.to_le_bytes());
+        (late, ended) = (late + attacked.late, ended + attacked.ended);
+        streams += attacked.streams;
+        open += attacked.open.len() as u64;
+        digest.add(attacked.now, &attacked.digest.0.to_le_bytes());
     }
-    Ok(Found {
+    Ok(SoakResult {
         figures: vec![
-            Figure::new("steps", (scope.cases.div_ceil(LIFE) * LIFE) as f64, ""),
+            Figure::new(
+                "steps",
+                (scope.cases.div_ceil(STEPS_PER_SESSION) * STEPS_PER_SESSION) as f64,
+                "",
+            ),
             Figure::new("requests that ended", ended as f64, ""),
             Figure::new("streams", streams as f64, ""),
             Figure::new("requests beyond their deadline", late as f64, "").at_most(0.0),
@@ -313,30 +322,34 @@ pub(super) fn lives(scope: Scope) -> Result<Found, Box<dyn Error>> {
 }
 
 /// R7: one session over this many seconds of its time. Measures its largest memory.
-pub(super) fn memory(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn memory(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let before = heap::in_use();
-    let mut siege = Box::new(Siege::new(scope.seed));
+    let mut attacked = Box::new(AttackedHost::new(scope.seed));
     // Memory of the test itself, which does not count.
-    let own = siege.open.capacity() * size_of::<(Ticket, u64)>()
-        + siege.heard.capacity() * size_of::<FrameBuf>();
+    let own = attacked.open.capacity() * size_of::<(Ticket, u64)>()
+        + attacked.sent_frames.capacity() * size_of::<FrameBuf>();
     // The number that a driver keeps open.
-    siege.most = 8;
+    attacked.most = 8;
     let (mut most, mut steps) = (0, 0_u64);
-    let inline = size_of::<Siege>();
-    while siege.now < scope.cases * SECOND {
-        siege.step();
+    let inline = size_of::<AttackedHost>();
+    while attacked.now < scope.cases * SECOND {
+        attacked.step();
         steps += 1;
         most = most.max(heap::in_use().saturating_sub(before));
     }
     let session = most.saturating_sub(own) as f64 / 1024.0;
-    Ok(Found {
+    Ok(SoakResult {
         figures: vec![
             Figure::new("steps", steps as f64, ""),
-            Figure::new("hours of the session's time", siege.now as f64 / 3.6e9, "h"),
+            Figure::new(
+                "hours of the session's time",
+                attacked.now as f64 / 3.6e9,
+                "h",
+            ),
             Figure::new("memory at most", session, "KiB")
                 .with("of which inline", inline as f64 / 1024.0)
                 .at_most(64.0),
         ],
-        digest: Some(siege.digest.0),
+        digest: Some(attacked.digest.0),
     })
 }

@@ -11,14 +11,14 @@ use super::drawing::programs::hard;
 use super::drawing::rig::{Outcome, Trouble, draw_at, on_a_jumping_clock};
 use super::drawing::sheet::{Passage, Row};
 use super::drawing::verdict::drawn;
-use super::{Found, Scope};
+use super::{Scope, SoakResult};
 use crate::bench::figure::Figure;
 
 /// Points on the curve of the drawing: few, so that most of it is long strokes and corners; more;
 /// and many.
-const FEW: u32 = 12;
-const POINTS: u32 = 200;
-const MANY: u32 = 2_400;
+const FEW_POINTS: u32 = 12;
+const SOME_POINTS: u32 = 200;
+const MANY_POINTS: u32 = 2_400;
 
 /// Kind of line.
 struct Line {
@@ -37,7 +37,7 @@ const LINES: [Line; 10] = [
         name: "some 6 spoilt bytes, 40 commands, an arm 20 times as fast",
         faults: "replace=2e-3",
         windows: &[1, 2, 3, 4, 5, 6, 7, 8],
-        points: FEW,
+        points: FEW_POINTS,
         pace: 20.0,
         completes: true,
     },
@@ -45,7 +45,7 @@ const LINES: [Line; 10] = [
         name: "some 6 spoilt bytes, 40 commands",
         faults: "replace=2e-3",
         windows: &[1, 2, 3, 4, 5, 6, 7, 8],
-        points: FEW,
+        points: FEW_POINTS,
         pace: 1.0,
         completes: true,
     },
@@ -53,7 +53,7 @@ const LINES: [Line; 10] = [
         name: "some 6 spoilt bytes",
         faults: "replace=3e-4",
         windows: &[1, 2, 3, 4, 5, 6, 7, 8],
-        points: POINTS,
+        points: SOME_POINTS,
         pace: 1.0,
         completes: true,
     },
@@ -61,7 +61,7 @@ const LINES: [Line; 10] = [
         name: "1 spoilt byte in 1,000, 1 lost in 10,000",
         faults: "replace=1e-3,drop=1e-4",
         windows: &[1, 2, 4, 8],
-        points: POINTS,
+        points: SOME_POINTS,
         pace: 1.0,
         completes: false,
     },
@@ -69,7 +69,7 @@ const LINES: [Line; 10] = [
         name: "3 frames in 100 lost, stalls of 0.1 s",
         faults: "drop-chunk=0.03,stall=0.01",
         windows: &[1, 4],
-        points: POINTS,
+        points: SOME_POINTS,
         pace: 1.0,
         completes: false,
     },
@@ -77,7 +77,7 @@ const LINES: [Line; 10] = [
         name: "held for 1 s",
         faults: "stall=0.005,stall-min-ms=1000,stall-ms=1000",
         windows: &[1, 4],
-        points: POINTS,
+        points: SOME_POINTS,
         pace: 1.0,
         completes: true,
     },
@@ -85,7 +85,7 @@ const LINES: [Line; 10] = [
         name: "held for 3 s",
         faults: "stall=0.005,stall-min-ms=3000,stall-ms=3000",
         windows: &[1, 4],
-        points: POINTS,
+        points: SOME_POINTS,
         pace: 1.0,
         completes: true,
     },
@@ -93,7 +93,7 @@ const LINES: [Line; 10] = [
         name: "held for 8 s",
         faults: "stall=0.002,stall-min-ms=8000,stall-ms=8000",
         windows: &[1, 4],
-        points: POINTS,
+        points: SOME_POINTS,
         pace: 1.0,
         completes: true,
     },
@@ -101,7 +101,7 @@ const LINES: [Line; 10] = [
         name: "held for 20 s",
         faults: "stall=7e-4,stall-min-ms=20000,stall-ms=20000",
         windows: &[1, 4],
-        points: POINTS,
+        points: SOME_POINTS,
         pace: 1.0,
         completes: true,
     },
@@ -109,25 +109,25 @@ const LINES: [Line; 10] = [
         name: "2,400 points, held for up to 8 s, 1 spoilt byte in 1,000",
         faults: "stall=5e-4,stall-ms=8000,replace=1e-3",
         windows: &[1],
-        points: MANY,
+        points: MANY_POINTS,
         pace: 1.0,
         completes: true,
     },
 ];
 
 /// Runs this many drawings over each line with each window.
-pub(super) fn lines(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn lines(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let mut figures = Vec::new();
     let (mut wrong, mut lost) = (0, 0);
     println!("{}", Row::HEAD);
-    for points in [FEW, POINTS, MANY] {
+    for points in [FEW_POINTS, SOME_POINTS, MANY_POINTS] {
         let plan = hard(points)?;
         let right = drawn(&plan, None);
         let good = Trouble {
             faults: Faults::NONE,
             window: 1,
         };
-        let usual = ride(&plan, good, 1.0)?;
+        let usual = draw_over(&plan, good, 1.0)?;
         let of_these = LINES.iter().filter(|line| line.points == points);
         for (line, window) in of_these.flat_map(|line| line.windows.iter().map(move |w| (line, *w)))
         {
@@ -148,13 +148,13 @@ pub(super) fn lines(scope: Scope) -> Result<Found, Box<dyn Error>> {
     }
     figures.push(Figure::new("done and wrong", wrong as f64, "").at_most(0.0));
     figures.push(Figure::new("not done where it can be", lost as f64, ""));
-    Ok(Found {
+    Ok(SoakResult {
         figures,
         digest: None,
     })
 }
 
-fn ride(plan: &Plan, trouble: Trouble, pace: f64) -> Result<Outcome, Box<dyn Error>> {
+fn draw_over(plan: &Plan, trouble: Trouble, pace: f64) -> Result<Outcome, Box<dyn Error>> {
     Ok(on_a_jumping_clock(draw_at(plan, trouble, pace))?)
 }
 
@@ -168,7 +168,7 @@ fn drawings(
     for nth in 0..scope.cases {
         let seed = scope.seed.wrapping_mul(1_000_003).wrapping_add(nth);
         let faults: Faults = format!("{},seed={seed}", line.faults).parse()?;
-        let outcome = ride(plan, Trouble { faults, window }, line.pace)?;
+        let outcome = draw_over(plan, Trouble { faults, window }, line.pace)?;
         let passage = Passage {
             right,
             drawn: &outcome.drawing,

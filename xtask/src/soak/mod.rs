@@ -33,7 +33,7 @@ struct Scope {
 }
 
 /// Results of a soak: figures, and the digest of the traffic if there is any.
-struct Found {
+struct SoakResult {
     figures: Vec<Figure>,
     digest: Option<u64>,
 }
@@ -41,94 +41,94 @@ struct Found {
 /// Guarantee with its soak.
 struct Soak {
     name: &'static str,
-    says: &'static str,
+    description: &'static str,
     /// Cases that take about a minute in a release build.
     cases: u64,
-    run: fn(Scope) -> Result<Found, Box<dyn Error>>,
+    run: fn(Scope) -> Result<SoakResult, Box<dyn Error>>,
 }
 
 const SOAKS: [Soak; 14] = [
     Soak {
         name: "r1",
-        says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
+        description: "R1: queued commands one by one over a serial line that spoils and loses bytes",
         cases: 1_000_000,
-        run: submitted::spoilt,
+        run: submitted::over_corrupted_line,
     },
     Soak {
         name: "r1-stream",
-        says: "R1: a program streamed over such a line, one command in flight",
+        description: "R1: a program streamed over such a line, one command in flight",
         cases: 1_000_000,
-        run: streamed::spoilt,
+        run: streamed::over_corrupted_line,
     },
     Soak {
         name: "r1-poses",
-        says: "R1: moves that the line altered, by the pose they end in; ten times the faults",
+        description: "R1: moves that the line altered, by the pose they end in; ten times the faults",
         cases: 1_000_000,
         run: poses::moves,
     },
     Soak {
         name: "r2",
-        says: "R2: and the plug is pulled and the controller restarts now and then",
+        description: "R2: and the plug is pulled and the controller restarts now and then",
         cases: 1_000_000,
-        run: submitted::struck,
+        run: submitted::with_resets,
     },
     Soak {
         name: "r2-stream",
-        says: "R2: the same for a program that is streamed and resumed",
+        description: "R2: the same for a program that is streamed and resumed",
         cases: 1_000_000,
-        run: streamed::struck,
+        run: streamed::with_resets,
     },
     Soak {
         name: "r2-handle",
-        says: "R2: the plug of a handle is pulled, and put in again",
+        description: "R2: the plug of a handle is pulled, and put in again",
         cases: 20_000,
         run: shell::plugs,
     },
     Soak {
         name: "r3",
-        says: "R3: queued commands over datagrams that are lost, doubled and out of order",
+        description: "R3: queued commands over datagrams that are lost, doubled and out of order",
         cases: 1_000_000,
         run: submitted::datagrams,
     },
     Soak {
         name: "r4",
-        says: "R4: what one spoilt, lost or added byte costs",
+        description: "R4: what one spoilt, lost or added byte costs",
         cases: 30_000_000,
         run: resync::faults,
     },
     Soak {
         name: "r5",
-        says: "R5: calls of a handle on lines that stall, fall silent, die and go",
+        description: "R5: calls of a handle on lines that stall, fall silent, die and go",
         cases: 1_000_000,
         run: shell::deadlines,
     },
     Soak {
         name: "r6-host",
-        says: "R6: steps of the host against a hostile arm",
+        description: "R6: steps of the host against a hostile arm",
         cases: 100_000_000,
-        run: hostile::lives,
+        run: hostile::sessions,
     },
     Soak {
         name: "r7",
-        says: "R7: memory of a session through so many seconds of that",
+        description: "R7: memory of a session through so many seconds of that",
         cases: 86_400,
         run: hostile::memory,
     },
     Soak {
         name: "drawing",
-        says: "programs that are drawn over lines of every kind of trouble",
+        description: "programs that are drawn over lines of every kind of trouble",
         cases: 5_000,
         run: drawing::drawings,
     },
     Soak {
         name: "lines",
-        says: "so many drawings over each kind of line, compared by length and holes: a table",
+        description: "so many drawings over each kind of line, compared by length and holes: a table",
         cases: 12,
         run: lines::lines,
     },
     Soak {
         name: "networks",
-        says: "so many drawings over each network that loses and doubles datagrams, compared in the same way",
+        description: "so many drawings over each network that loses and doubles datagrams, compared in the same way",
         cases: 20,
         run: networks::networks,
     },
@@ -138,7 +138,7 @@ fn help() -> String {
     let lines = SOAKS.map(|soak| {
         format!(
             "    {:<14}{} ({} cases)\n",
-            soak.name, soak.says, soak.cases
+            soak.name, soak.description, soak.cases
         )
     });
     lines.concat()
@@ -188,7 +188,7 @@ fn report(soak: &Soak, scope: Scope, json: bool) -> Result<Vec<String>, Box<dyn 
     let report = Report::new(json);
     report.title(&format!(
         "{} --cases {cases} --seed {seed}: {}",
-        soak.name, soak.says
+        soak.name, soak.description
     ));
     let began = Instant::now();
     let found =
@@ -218,7 +218,7 @@ mod tests {
     use super::*;
 
     /// Cases of each soak in a debug build.
-    const SHORT: [(&str, u64); 14] = [
+    const SHORT_RUNS: [(&str, u64); 14] = [
         ("r1", 20_000),
         ("r1-stream", 10_000),
         ("r1-poses", 5_000),
@@ -235,15 +235,18 @@ mod tests {
         ("networks", 2),
     ];
 
-    fn find(name: &str, cases: u64, seed: u64) -> Found {
+    fn find(name: &str, cases: u64, seed: u64) -> SoakResult {
         let soak = SOAKS.iter().find(|soak| soak.name == name).unwrap();
         (soak.run)(Scope { cases, seed }).unwrap()
     }
 
     #[test]
-    fn every_promise_holds_for_a_moment() {
+    fn every_guarantee_holds_in_a_short_run() {
         for soak in &SOAKS {
-            let (_, cases) = SHORT.iter().find(|(name, _)| *name == soak.name).unwrap();
+            let (_, cases) = SHORT_RUNS
+                .iter()
+                .find(|(name, _)| *name == soak.name)
+                .unwrap();
             let missed = report(
                 soak,
                 Scope {
@@ -258,8 +261,8 @@ mod tests {
     }
 
     #[test]
-    fn the_same_seed_makes_the_same_bytes_and_another_one_others() {
-        for (name, cases) in SHORT {
+    fn traffic_depends_on_the_seed_alone() {
+        for (name, cases) in SHORT_RUNS {
             let digest = |seed| find(name, cases / 10, seed).digest;
             let Some(first) = digest(7) else { continue };
             assert_eq!(digest(7), Some(first), "{name}");

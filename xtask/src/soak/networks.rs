@@ -8,23 +8,23 @@ use magician::faults::Faults;
 use super::drawing::sheet::{Passage, Row};
 use super::drawing::verdict::drawn;
 use super::drawing::{datagrams, sample};
-use super::{Found, Scope};
+use super::{Scope, SoakResult};
 use crate::bench::figure::Figure;
 
 /// Share of datagrams lost in each direction; one of 100 of the others is duplicated.
-const LOST: [&str; 4] = ["0", "0.003", "0.01", "0.02"];
+const LOSS_RATES: [&str; 4] = ["0", "0.003", "0.01", "0.02"];
 /// Drawing of 80 commands.
 const DRAWING: &str = "house.svg";
 
 /// Runs this many drawings over each network.
-pub(super) fn networks(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn networks(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let plan = sample(DRAWING)?;
     let right = drawn(&plan, None);
     let usual = datagrams::draw(&plan, Faults::NONE)?.lasted;
     let mut figures = Vec::new();
     let (mut wrong, mut lost, mut slowest) = (0, 0, 0.0_f64);
     println!("{}", Row::HEAD);
-    for share in LOST {
+    for share in LOSS_RATES {
         let mut row = Row::new(format!("UDP, {share} lost, 0.01 doubled, each way"));
         let mut doubled = 0;
         for nth in 0..scope.cases {
@@ -59,7 +59,7 @@ pub(super) fn networks(scope: Scope) -> Result<Found, Box<dyn Error>> {
     figures.push(Figure::new("done and wrong", wrong as f64, "").at_most(0.0));
     figures.push(Figure::new("not done", lost as f64, ""));
     figures.push(Figure::new("slowest", slowest, "times a good network's").at_most(2.0));
-    Ok(Found {
+    Ok(SoakResult {
         figures,
         digest: None,
     })

@@ -7,40 +7,40 @@ use magician::connection::{Request, Settings};
 use magician::faults::Faults;
 use magician_protocol::{NoArgs, PtpMode};
 
-use super::submitted::{ask, look, ready};
-use super::{Found, Scope, program};
+use super::submitted::{poll, ready, run_request};
+use super::{Scope, SoakResult, program};
 use crate::bench::figure::Figure;
 
 const SECOND: u64 = 1_000_000;
 /// Ten times the corrupted bytes of R1, for a hundred times the undetected alterations to examine.
-const SPOILT: Faults = Faults {
+const CORRUPTED_LINE: Faults = Faults {
     replace: 1e-2,
     drop: 1e-3,
     ..Faults::NONE
 };
 /// Deviation from the target that is noticed, mm and deg: less than an arm's repeatability.
-const NOTICED: f32 = 0.1;
+const NOTICED_DEVIATION: f32 = 0.1;
 
 #[derive(Default)]
 struct Tally {
     altered: u64,
     noticed: u64,
-    /// The arm ended at its target, within [`NOTICED`].
+    /// The arm ended at its target, within [`NOTICED_DEVIATION`].
     harmless: u64,
     /// The arm ended there by another path: mainly the mode was altered.
     detours: u64,
     false_alarms: u64,
 }
 
-pub(super) fn moves(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn moves(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let failed = |failure| format!("{failure:?}");
     let mut pair = ready(Settings::ORDERED, scope.seed).map_err(failed)?;
-    pair.set_faults(SPOILT);
+    pair.set_faults(CORRUPTED_LINE);
     let mut tally = Tally::default();
     for number in 1..=scope.cases {
         let command = program::to_point(number, PtpMode::MovjXyz);
         let request = program::request(&command);
-        let accepted = ask(&mut pair, request).is_ok();
+        let accepted = run_request(&mut pair, request).is_ok();
         // Until the move has ended; a held queue shows in the alarms, a stopped one in the index.
         let mut held = false;
         while pair.arm.state().queue.running.is_some() || pair.arm.state().queue.waiting > 0 {
@@ -48,19 +48,19 @@ pub(super) fn moves(scope: Scope) -> Result<Found, Box<dyn Error>> {
             pair.run_until(soon);
             if !pair.arm.state().queue.started {
                 held = true;
-                look(&mut pair);
+                poll(&mut pair);
             }
             if pair.arm.state().queue.held {
                 // A joint at its limit must be homed before it can move on.
                 if held {
-                    ask(&mut pair, Request::set(&HomeCmd { reserved: 0 })?).ok();
+                    run_request(&mut pair, Request::set(&HomeCmd { reserved: 0 })?).ok();
                     while pair.arm.state().moving {
                         let soon = pair.now + SECOND;
                         pair.run_until(soon);
                     }
                 }
                 held = true;
-                ask(&mut pair, Request::set(&ClearAllAlarmsState {})?).ok();
+                run_request(&mut pair, Request::set(&ClearAllAlarmsState {})?).ok();
             }
         }
         let taken = std::mem::take(&mut pair.accepted);
@@ -68,7 +68,7 @@ pub(super) fn moves(scope: Scope) -> Result<Found, Box<dyn Error>> {
         while pair.arm.poll_event().is_some() {}
         let sent = request.frame().frame();
         let altered = taken.iter().any(|(params, _)| params != sent.params());
-        let pose = ask(&mut pair, Request::get::<Pose>(&NoArgs)?);
+        let pose = run_request(&mut pair, Request::get::<Pose>(&NoArgs)?);
         let (true, Ok(reply)) = (accepted, pose) else {
             continue;
         };
@@ -81,7 +81,7 @@ pub(super) fn moves(scope: Scope) -> Result<Found, Box<dyn Error>> {
             .iter()
             .zip(&found)
             .map(|(target, found)| (target - found).abs());
-        let noticed = held || !apart.all(|apart| apart <= NOTICED);
+        let noticed = held || !apart.all(|apart| apart <= NOTICED_DEVIATION);
         tally.altered += u64::from(altered);
         tally.noticed += u64::from(altered && noticed);
         let mode = |params: &[u8]| params.first().copied();
@@ -93,7 +93,7 @@ pub(super) fn moves(scope: Scope) -> Result<Found, Box<dyn Error>> {
         tally.false_alarms += u64::from(!altered && noticed);
     }
     let count = |name: &str, value: u64| Figure::new(name, value as f64, "moves");
-    Ok(Found {
+    Ok(SoakResult {
         figures: vec![
             count("sent", scope.cases),
             count("altered", tally.altered),

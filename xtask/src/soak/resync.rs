@@ -6,12 +6,12 @@ use magician::faults::Dice;
 use magician::pair::Digest;
 use magician_protocol::{Ctrl, Deframer, Event, FrameBuf};
 
-use super::{Found, Scope};
+use super::{Scope, SoakResult};
 use crate::bench::figure::Figure;
 
 /// Good frames before and after the fault.
-const BEFORE: usize = 3;
-const AFTER: usize = 6;
+const FRAMES_BEFORE: usize = 3;
+const FRAMES_AFTER: usize = 6;
 
 #[derive(Default)]
 struct Tally {
@@ -62,18 +62,20 @@ fn frames(bytes: &[u8]) -> Vec<Vec<u8>> {
 }
 
 /// Replaces, drops or inserts one byte of one frame, with good frames before and after it.
-fn once(dice: &mut Dice, kind: u64, tally: &mut Tally, digest: &mut Digest) {
-    let sent: Vec<Vec<u8>> = (0..BEFORE + 1 + AFTER).map(|_| reply(dice)).collect();
-    let mut hit = sent[BEFORE].clone();
+fn fault_once(dice: &mut Dice, kind: u64, tally: &mut Tally, digest: &mut Digest) {
+    let sent: Vec<Vec<u8>> = (0..FRAMES_BEFORE + 1 + FRAMES_AFTER)
+        .map(|_| reply(dice))
+        .collect();
+    let mut hit = sent[FRAMES_BEFORE].clone();
     let at = dice.below(hit.len() as u64) as usize;
     match kind {
         0 => hit[at] = hit[at].wrapping_add(1 + dice.below(255) as u8),
         1 => drop(hit.remove(at)),
         _ => hit.insert(at, dice.byte()),
     }
-    let mut bytes = sent[..BEFORE].concat();
+    let mut bytes = sent[..FRAMES_BEFORE].concat();
     bytes.extend(&hit);
-    bytes.extend(sent[BEFORE + 1..].concat());
+    bytes.extend(sent[FRAMES_BEFORE + 1..].concat());
     digest.add(0, &bytes);
     let found = frames(&bytes);
     // In order: which of the sent frames were decoded.
@@ -94,18 +96,21 @@ fn once(dice: &mut Dice, kind: u64, tally: &mut Tally, digest: &mut Digest) {
     if found.len() > kept {
         return;
     }
-    let behind = lost[BEFORE + 1..].iter().filter(|gone| **gone).count();
+    let behind = lost[FRAMES_BEFORE + 1..]
+        .iter()
+        .filter(|gone| **gone)
+        .count();
     tally.worst = tally.worst.max(behind);
 }
 
-pub(super) fn faults(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn faults(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let mut dice = Dice::new(scope.seed);
     let mut digest = Digest::default();
     let (mut figures, mut all) = (Vec::new(), 0.0);
     for (kind, name) in ["replaced", "lost", "added"].into_iter().enumerate() {
         let mut tally = Tally::default();
         for _ in 0..scope.cases / 3 {
-            once(&mut dice, kind as u64, &mut tally, &mut digest);
+            fault_once(&mut dice, kind as u64, &mut tally, &mut digest);
         }
         let lost = tally.lost as f64 / tally.faults.max(1) as f64;
         let name = format!("frames lost per byte {name}");
@@ -117,7 +122,7 @@ pub(super) fn faults(scope: Scope) -> Result<Found, Box<dyn Error>> {
         figures.push(Figure::new(name, tally.worst as f64, "at most").at_most(1.0));
     }
     figures.push(Figure::new("frames lost per byte fault", all, "").at_most(1.0));
-    Ok(Found {
+    Ok(SoakResult {
         figures,
         digest: Some(digest.0),
     })

@@ -16,7 +16,7 @@ use magician_protocol::{Deframer, FrameBuf, QueuedCmdIndex};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
-use super::{Found, Scope};
+use super::{Scope, SoakResult};
 use crate::bench::figure::Figure;
 
 const LINK: LinkId = LinkId(0);
@@ -92,7 +92,7 @@ impl Shared {
             return Err(io::ErrorKind::NotFound.into());
         }
         let (host, arm) = tokio::io::duplex(256);
-        tokio::spawn(carry(self.clone(), arm));
+        tokio::spawn(carry_bytes(self.clone(), arm));
         Ok(host)
     }
 }
@@ -115,26 +115,26 @@ impl TestArm {
         if lossy && self.dice.chance(0.5) {
             return Vec::new();
         }
-        let mut said = Vec::new();
+        let mut reply_bytes = Vec::new();
         for reply in self.arm.exchange(LINK, request.bytes()) {
             let view = request.frame();
             if view.ctrl().queued() && reply.frame().read::<QueuedCmdIndex>().is_ok() {
                 *self.taken.entry(view.params().to_vec()).or_default() += 1;
             }
-            said.extend_from_slice(reply.bytes());
+            reply_bytes.extend_from_slice(reply.bytes());
         }
         match self.line_fault {
-            LineFault::Mute => said.clear(),
-            LineFault::Torn => drop(said.pop()),
-            LineFault::Lossy if self.dice.chance(0.5) => said.clear(),
+            LineFault::Mute => reply_bytes.clear(),
+            LineFault::Torn => drop(reply_bytes.pop()),
+            LineFault::Lossy if self.dice.chance(0.5) => reply_bytes.clear(),
             _ => {}
         }
-        said
+        reply_bytes
     }
 }
 
 /// Carries bytes between a host's end and the arm until the plug is pulled.
-async fn carry(arm_under_test: Shared, mut line: DuplexStream) {
+async fn carry_bytes(arm_under_test: Shared, mut line: DuplexStream) {
     let opened = arm_under_test.with(|arm_under_test| arm_under_test.pulls);
     let mut ear = Deframer::new();
     let mut waiting = Vec::new();
@@ -166,15 +166,15 @@ async fn carry(arm_under_test: Shared, mut line: DuplexStream) {
         });
         while let Some(event) = ear.next(&mut input) {
             if let magician_protocol::Event::Frame { frame, .. } = event {
-                let said = arm_under_test
+                let reply_bytes = arm_under_test
                     .with(|arm_under_test| arm_under_test.answer(&FrameBuf::from(frame)));
-                waiting.extend(said);
+                waiting.extend(reply_bytes);
             }
         }
     }
 }
 
-fn clock() -> io::Result<tokio::runtime::Runtime> {
+fn paused_runtime() -> io::Result<tokio::runtime::Runtime> {
     tokio::runtime::Builder::new_current_thread()
         .enable_time()
         .start_paused(true)
@@ -190,8 +190,8 @@ struct Calls {
     kinds: HashMap<&'static str, u64>,
     /// Checks of a line that had been fine for a while, and how often the handle was still
     /// disconnected.
-    looks: u64,
-    away: u64,
+    checks: u64,
+    disconnected: u64,
 }
 
 impl Calls {
@@ -233,12 +233,12 @@ const RATIOS: PtpCommonParams = PtpCommonParams {
     acceleration_ratio: 50.0,
 };
 /// Timeout of a call. Shorter than the driver's default, so that calls expire during most faults.
-const PATIENCE: Duration = Duration::from_millis(300);
+const CALL_TIMEOUT: Duration = Duration::from_millis(300);
 
-async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
+async fn run_calls(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
     let arm_under_test = Shared::new(scope.seed);
     let open = arm_under_test.clone();
-    let options = Options::default().timeout(PATIENCE).allow_laser(true);
+    let options = Options::default().timeout(CALL_TIMEOUT).allow_laser(true);
     let arm = Arm::over_with(move || std::future::ready(open.open()), options).await?;
     let calls = Arc::new(Mutex::new(Calls::default()));
     let mut dice = Dice::new(scope.seed ^ 0xD1CE);
@@ -271,14 +271,14 @@ async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
         LineFault::Lossy,
         LineFault::Unplugged,
     ];
-    let (mut looks, mut away) = (0, 0);
+    let (mut checks, mut disconnected) = (0, 0);
     while !callers.iter().all(tokio::task::JoinHandle::is_finished) {
         if dice.chance(0.02) {
             arm_under_test.set(LineFault::Fine);
             // A line without faults for 2 s must be connected again, whatever happened before.
             sleep(2_000 * MS).await;
-            looks += 1;
-            away += u64::from(arm.link() != Link::Up);
+            checks += 1;
+            disconnected += u64::from(arm.link() != Link::Up);
         }
         arm_under_test.set(moods[dice.below(moods.len() as u64) as usize]);
         sleep(MS * dice.below(1_500) as u32).await;
@@ -288,25 +288,29 @@ async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
     }
     let digest = arm_under_test.with(|arm_under_test| arm_under_test.digest);
     let mut calls = std::mem::take(&mut *calls.lock().unwrap_or_else(PoisonError::into_inner));
-    (calls.looks, calls.away) = (looks, away);
+    (calls.checks, calls.disconnected) = (checks, disconnected);
     Ok((calls, digest))
 }
 
 /// R5: calls on lines that stall, fall silent, break and disappear.
-pub(super) fn deadlines(scope: Scope) -> Result<Found, Box<dyn Error>> {
-    let (calls, digest) = clock()?.block_on(hurried(scope))?;
-    let over = calls.slowest.saturating_sub(PATIENCE);
+pub(super) fn deadlines(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
+    let (calls, digest) = paused_runtime()?.block_on(run_calls(scope))?;
+    let over = calls.slowest.saturating_sub(CALL_TIMEOUT);
     let mut failed = Figure::new("calls that failed", calls.refused as f64, "");
     for kind in ["timeout", "port", "uncertain", "queue full", "other"] {
         failed = failed.with(kind, calls.kinds.get(kind).copied().unwrap_or(0) as f64);
     }
-    Ok(Found {
+    Ok(SoakResult {
         figures: vec![
             Figure::new("calls that were answered", calls.done as f64, ""),
             failed,
-            Figure::new("not back 2 s after the line was", calls.away as f64, "")
-                .with("of looks", calls.looks as f64)
-                .at_most(0.0),
+            Figure::new(
+                "not back 2 s after the line was",
+                calls.disconnected as f64,
+                "",
+            )
+            .with("of looks", calls.checks as f64)
+            .at_most(0.0),
             Figure::new(
                 "slowest beyond its deadline",
                 over.as_secs_f64() * 1e3,
@@ -322,17 +326,17 @@ pub(super) fn deadlines(scope: Scope) -> Result<Found, Box<dyn Error>> {
 struct Plugs {
     pulled: u64,
     resets: u64,
-    told_resets: u64,
+    reported_resets: u64,
     slowest: Duration,
     accepted: u64,
     uncertain: u64,
     refused: u64,
     lost: u64,
     twice: u64,
-    not_as_told: u64,
+    misreported: u64,
 }
 
-async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
+async fn pull_plugs(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
     let arm_under_test = Shared::new(scope.seed);
     let open = arm_under_test.clone();
     let options = Options::default().allow_laser(true);
@@ -379,17 +383,17 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
                 Err(ErrorKind::Uncertain) => plugs.uncertain += 1,
                 Err(ErrorKind::Port) => {
                     plugs.refused += 1;
-                    plugs.not_as_told += u64::from(taken > 0);
+                    plugs.misreported += u64::from(taken > 0);
                     break;
                 }
                 Err(ErrorKind::QueueFull) => {
-                    plugs.not_as_told += u64::from(taken > 0);
+                    plugs.misreported += u64::from(taken > 0);
                     // No command runs, so the queue is cleared to make room.
                     if arm.queue().clear().await.is_err() {
                         break;
                     }
                 }
-                Err(_) => plugs.not_as_told += u64::from(taken > 0),
+                Err(_) => plugs.misreported += u64::from(taken > 0),
             }
         }
         plugs.pulled += 1;
@@ -399,7 +403,7 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
         timeout(Duration::from_secs(30), arm.reconnected()).await??;
         plugs.slowest = plugs.slowest.max(back.elapsed());
         while let Ok(Some(event)) = timeout(Duration::ZERO, events.next()).await {
-            plugs.told_resets += u64::from(event == Event::LinkFound { reset: true });
+            plugs.reported_resets += u64::from(event == Event::LinkFound { reset: true });
         }
         // If the queue has not moved, only the clock shows a reset, so it must have run for a
         // moment.
@@ -411,11 +415,11 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
 
 /// R2: pulls and reinserts the plug of a handle that queues commands, with or without a reset of
 /// the arm meanwhile.
-pub(super) fn plugs(scope: Scope) -> Result<Found, Box<dyn Error>> {
-    let (plugs, digest) = clock()?.block_on(pulled(scope))?;
+pub(super) fn plugs(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
+    let (plugs, digest) = paused_runtime()?.block_on(pull_plugs(scope))?;
     let count = |name: &str, value: u64| Figure::new(name, value as f64, "");
-    let unseen = plugs.resets.abs_diff(plugs.told_resets);
-    Ok(Found {
+    let unseen = plugs.resets.abs_diff(plugs.reported_resets);
+    Ok(SoakResult {
         figures: vec![
             count("plugs pulled", plugs.pulled),
             count("arm reset meanwhile", plugs.resets),
@@ -425,7 +429,7 @@ pub(super) fn plugs(scope: Scope) -> Result<Found, Box<dyn Error>> {
             count("refused or lost with the line", plugs.refused),
             count("accepted and not taken", plugs.lost).at_most(0.0),
             count("taken twice", plugs.twice).at_most(0.0),
-            count("taken though told otherwise", plugs.not_as_told).at_most(0.0),
+            count("taken though told otherwise", plugs.misreported).at_most(0.0),
             Figure::new("slowest return", plugs.slowest.as_secs_f64(), "s").at_most(2.0),
         ],
         digest: Some(digest.0),

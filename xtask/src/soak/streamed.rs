@@ -9,13 +9,13 @@ use magician::faults::Faults;
 use magician::pair::Pair;
 use magician::stream::{Stream, StreamEvent, StreamFailure, StreamSettings};
 
-use super::submitted::{SPOILT, ready};
-use super::{Found, Scope, program};
+use super::submitted::{SERIAL_FAULTS, ready};
+use super::{Scope, SoakResult, program};
 use crate::bench::figure::Figure;
 
 const SECOND: u64 = 1_000_000;
 /// Number of recent commands whose parameters are remembered.
-const KNOWN: usize = 256;
+const REMEMBERED_COMMANDS: usize = 256;
 
 /// Number of commands by outcome.
 #[derive(Default)]
@@ -141,7 +141,7 @@ impl Rig {
             }
         }
         self.seen.push_back(params);
-        if self.seen.len() > KNOWN {
+        if self.seen.len() > REMEMBERED_COMMANDS {
             self.seen.pop_front();
         }
     }
@@ -178,7 +178,7 @@ impl Rig {
 
     /// Handles a failed stream: resumes its remainder, or after a reset continues with commands
     /// never offered.
-    fn go_on(&mut self, failure: StreamFailure) {
+    fn resume_or_restart(&mut self, failure: StreamFailure) {
         let settings = StreamSettings::default();
         let stream = std::mem::replace(&mut self.stream, Stream::new(settings));
         let doubt = StreamFailure::Request(Failure::Lost);
@@ -198,7 +198,7 @@ impl Rig {
         while !(self.stream.is_over() && self.failure.is_none()) {
             self.turn()?;
             if let Some(failure) = self.failure.take() {
-                self.go_on(failure);
+                self.resume_or_restart(failure);
             }
         }
         self.pair.set_faults(Faults::NONE);
@@ -247,27 +247,27 @@ fn soak(scope: Scope, faults: Faults) -> Result<(Rig, Vec<Figure>), Box<dyn Erro
 }
 
 /// R1.
-pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
-    let (rig, figures) = soak(scope, SPOILT)?;
-    Ok(Found {
+pub(super) fn over_corrupted_line(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
+    let (rig, figures) = soak(scope, SERIAL_FAULTS)?;
+    Ok(SoakResult {
         figures,
         digest: Some(rig.pair.digest.0),
     })
 }
 
 /// R2.
-pub(super) fn struck(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn with_resets(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let faults = Faults {
         unplug: 1e-5,
         reset: 1e-5,
-        ..SPOILT
+        ..SERIAL_FAULTS
     };
     let (rig, mut figures) = soak(scope, faults)?;
     figures.push(
         Figure::new("resets", f64::from(rig.pair.boots), "")
             .with("told", f64::from(rig.pair.resets)),
     );
-    Ok(Found {
+    Ok(SoakResult {
         figures,
         digest: Some(rig.pair.digest.0),
     })

@@ -13,13 +13,13 @@ use magician_protocol::commands::{
 use magician_protocol::{FrameBuf, NoArgs};
 
 use super::command_log::CommandLog;
-use super::{Found, Scope, program};
+use super::{Scope, SoakResult, program};
 use crate::bench::figure::Figure;
 
 const SECOND: u64 = 1_000_000;
 
 /// Faults of a serial line by R1.
-pub(super) const SPOILT: Faults = Faults {
+pub(super) const SERIAL_FAULTS: Faults = Faults {
     replace: 1e-3,
     drop: 1e-4,
     ..Faults::NONE
@@ -52,12 +52,12 @@ pub(super) fn make_room(pair: &mut Pair) {
     while pair.arm.state().queue.waiting > 16 {
         let state = pair.arm.state().queue;
         if !state.started {
-            look(pair);
+            poll(pair);
         }
         if state.held
             && let Ok(clear) = Request::set(&ClearAllAlarmsState {})
         {
-            ask(pair, clear).ok();
+            run_request(pair, clear).ok();
         }
         let soon = pair.now + SECOND;
         pair.step(soon);
@@ -67,10 +67,10 @@ pub(super) fn make_room(pair: &mut Pair) {
 /// Records what the arm has accepted since the last call.
 pub(super) fn note(pair: &mut Pair, log: &mut CommandLog) {
     for (params, index) in pair.accepted.drain(..) {
-        log.take(&params, index);
+        log.note_accepted(&params, index);
     }
     for interval in pair.reports.drain(..) {
-        log.report(interval);
+        log.note_unreliable(interval);
     }
     pair.heard.clear();
     while pair.arm.poll_event().is_some() {}
@@ -82,7 +82,7 @@ struct Outcome {
     log: CommandLog,
     /// Frames beyond one per command.
     extra: f64,
-    lasted: f64,
+    duration: f64,
 }
 
 fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcome, Box<dyn Error>> {
@@ -99,27 +99,27 @@ fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcom
         }
         let request = program::request(&program::mixed(number));
         log.send(number, request.frame().frame().params());
-        let fate = ask(&mut pair, request);
-        log.tell(number, fate.map(|reply| index_of(&reply)), pair.boots);
+        let outcome = run_request(&mut pair, request);
+        log.note_outcome(number, outcome.map(|reply| index_of(&reply)), pair.boots);
         note(&mut pair, &mut log);
         if strikes && number % 64 == 0 {
-            looks += look(&mut pair);
+            looks += poll(&mut pair);
         }
     }
-    settle(&mut pair, &mut log);
+    settle_line(&mut pair, &mut log);
     let sent = pair.host.stats().sent - before;
     let extra = (sent - looks - log.tally.commands) as f64 / log.tally.commands as f64;
-    let lasted = (pair.now - began) as f64 / 1e6;
+    let duration = (pair.now - began) as f64 / 1e6;
     Ok(Outcome {
         pair,
         log,
         extra,
-        lasted,
+        duration,
     })
 }
 
 /// Runs one request to its end. A plug that is pulled meanwhile is reinserted after a while.
-pub(super) fn ask(pair: &mut Pair, request: Request) -> Result<FrameBuf, Failure> {
+pub(super) fn run_request(pair: &mut Pair, request: Request) -> Result<FrameBuf, Failure> {
     let deadline = pair.now + 60 * SECOND;
     let ticket = pair.host.submit(request.deadline(deadline));
     loop {
@@ -138,25 +138,25 @@ pub(super) fn ask(pair: &mut Pair, request: Request) -> Result<FrameBuf, Failure
 
 /// Does what a driver does regularly: reads the current index and the arm's clock, and starts a
 /// stopped queue. Returns the number of requests.
-pub(super) fn look(pair: &mut Pair) -> u64 {
+pub(super) fn poll(pair: &mut Pair) -> u64 {
     let reads = [
         Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
         Request::get::<DeviceTime>(&NoArgs),
     ];
     for read in reads.into_iter().flatten() {
-        ask(pair, read).ok();
+        run_request(pair, read).ok();
     }
     if !pair.arm.state().queue.started
         && let Ok(start) = Request::set(&QueuedCmdStartExec {})
     {
-        ask(pair, start).ok();
+        run_request(pair, start).ok();
         return 3;
     }
     2
 }
 
 /// Makes the line good again, lets everything in flight arrive, and reads once more.
-fn settle(pair: &mut Pair, log: &mut CommandLog) {
+fn settle_line(pair: &mut Pair, log: &mut CommandLog) {
     pair.set_faults(Faults::NONE);
     let later = pair.now + 10 * SECOND;
     pair.run_until(later);
@@ -164,12 +164,12 @@ fn settle(pair: &mut Pair, log: &mut CommandLog) {
         pair.ask(index, 10 * SECOND).ok();
     }
     note(pair, log);
-    log.close();
+    log.judge_rest();
 }
 
 /// R1, each command submitted after the previous one has ended.
-pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
-    let run = one_by_one(scope, Settings::ORDERED, SPOILT)?;
+pub(super) fn over_corrupted_line(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
+    let run = one_by_one(scope, Settings::ORDERED, SERIAL_FAULTS)?;
     let tally = run.log.tally;
     let mut figures = tally.figures();
     // Three in a million; even a short run may contain one.
@@ -177,38 +177,38 @@ pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
     figures.push(Figure::new("altered", tally.altered as f64, "commands").at_most(altered));
     figures.push(Figure::new("strays", tally.strays as f64, "commands"));
     figures.push(Figure::new("extra exchanges", run.extra, "a command").at_most(0.3));
-    figures.push(Figure::new("virtual time", run.lasted, "s"));
-    Ok(Found {
+    figures.push(Figure::new("virtual time", run.duration, "s"));
+    Ok(SoakResult {
         figures,
         digest: Some(run.pair.digest.0),
     })
 }
 
 /// R2: additionally the plug is pulled and the controller restarts.
-pub(super) fn struck(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn with_resets(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let faults = Faults {
         unplug: 1e-5,
         reset: 1e-5,
-        ..SPOILT
+        ..SERIAL_FAULTS
     };
     let run = one_by_one(scope, Settings::ORDERED, faults)?;
     let tally = run.log.tally;
     let mut figures = tally.figures();
     let altered = 3.0 * (tally.commands as f64 / 1e6).max(1.0);
     figures.push(Figure::new("altered", tally.altered as f64, "commands").at_most(altered));
-    let (boots, told) = (f64::from(run.pair.boots), f64::from(run.pair.resets));
+    let (boots, reported) = (f64::from(run.pair.boots), f64::from(run.pair.resets));
     figures.push(Figure::new("resets", boots, ""));
-    figures.push(Figure::new("resets that were not told", boots - told, "").at_most(0.0));
+    figures.push(Figure::new("resets that were not told", boots - reported, "").at_most(0.0));
     figures.push(Figure::new("extra exchanges", run.extra, "a command"));
-    figures.push(Figure::new("virtual time", run.lasted, "s"));
-    Ok(Found {
+    figures.push(Figure::new("virtual time", run.duration, "s"));
+    Ok(SoakResult {
         figures,
         digest: Some(run.pair.digest.0),
     })
 }
 
 /// R3: the faults of R1 over datagrams.
-pub(super) fn datagrams(scope: Scope) -> Result<Found, Box<dyn Error>> {
+pub(super) fn datagrams(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let faults = Faults {
         drop_chunk: 0.05,
         duplicate_chunk: 0.01,
@@ -220,8 +220,8 @@ pub(super) fn datagrams(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let reports = f64::from(run.pair.unaccounted);
     figures.push(Figure::new("reports of surplus commands", reports, ""));
     figures.push(Figure::new("extra exchanges", run.extra, "a command"));
-    figures.push(Figure::new("virtual time", run.lasted, "s"));
-    Ok(Found {
+    figures.push(Figure::new("virtual time", run.duration, "s"));
+    Ok(SoakResult {
         figures,
         digest: Some(run.pair.digest.0),
     })

@@ -51,7 +51,7 @@ fn text() -> String {
     let none = Map::new();
     let components = document["components"]["schemas"].as_object();
     for (name, schema) in components.unwrap_or(&none) {
-        module.named(name, schema);
+        module.add_named(name, schema);
     }
     for method in document["methods"].as_array().into_iter().flatten() {
         let name = camel(method["name"].as_str().unwrap_or_default());
@@ -68,14 +68,14 @@ fn text() -> String {
             }
         }
         let params = json!({"type": "object", "properties": properties, "required": required});
-        module.named(&format!("{name}Params"), &params);
+        module.add_named(&format!("{name}Params"), &params);
         if method["x-notification"] == false {
-            module.named(&format!("{name}Result"), &method["result"]["schema"]);
+            module.add_named(&format!("{name}Result"), &method["result"]["schema"]);
         }
     }
     for row in document["x-notifications"].as_array().into_iter().flatten() {
         let name = camel(row["name"].as_str().unwrap_or_default());
-        module.named(&format!("{name}Notification"), &row["params"]);
+        module.add_named(&format!("{name}Notification"), &row["params"]);
     }
     let mut all = String::from("__all__ = [\n");
     for name in module.names.iter().filter(|name| !name.starts_with('_')) {
@@ -107,7 +107,7 @@ fn sentence(text: &str) -> String {
 }
 
 /// Returns the description of a class that has none in the document.
-fn about_of(name: &str) -> &'static str {
+fn class_description(name: &str) -> &'static str {
     match name {
         name if name.ends_with("Params") => "Parameters of a method",
         name if name.ends_with("Result") => "Result of a method",
@@ -118,10 +118,10 @@ fn about_of(name: &str) -> &'static str {
 
 impl Module {
     /// Adds a schema under a name.
-    fn named(&mut self, name: &str, schema: &Value) {
+    fn add_named(&mut self, name: &str, schema: &Value) {
         self.names.insert(name.to_owned());
         if schema["type"] == "object" && schema["properties"].is_object() {
-            self.class(name, schema);
+            self.add_class(name, schema);
             return;
         }
         let kind = self.type_of(schema, &format!("{name}Item"));
@@ -130,7 +130,7 @@ impl Module {
 
     /// Adds an object as a class. Optional members go into a class that derives from one with the
     /// required members.
-    fn class(&mut self, name: &str, schema: &Value) {
+    fn add_class(&mut self, name: &str, schema: &Value) {
         let required: Vec<_> = { schema["required"].as_array().into_iter().flatten() }
             .filter_map(Value::as_str)
             .collect();
@@ -144,19 +144,25 @@ impl Module {
         let [there, perhaps] = &parts;
         let about = schema["description"]
             .as_str()
-            .unwrap_or_else(|| about_of(name));
+            .unwrap_or_else(|| class_description(name));
         match (there.is_empty(), perhaps.is_empty()) {
-            (_, true) => self.one(name, "TypedDict", there, about),
-            (true, false) => self.one(name, "TypedDict, total=False", perhaps, about),
+            (_, true) => self.write_class(name, "TypedDict", there, about),
+            (true, false) => self.write_class(name, "TypedDict, total=False", perhaps, about),
             (false, false) => {
                 let base = format!("_{name}");
-                self.one(&base, "TypedDict", there, "");
-                self.one(name, &format!("{base}, total=False"), perhaps, about);
+                self.write_class(&base, "TypedDict", there, "");
+                self.write_class(name, &format!("{base}, total=False"), perhaps, about);
             }
         }
     }
 
-    fn one(&mut self, name: &str, base: &str, members: &[(String, String, String)], about: &str) {
+    fn write_class(
+        &mut self,
+        name: &str,
+        base: &str,
+        members: &[(String, String, String)],
+        about: &str,
+    ) {
         let text = &mut self.classes;
         let odd: Vec<_> = { members.iter() }
             .filter(|(member, ..)| KEYWORDS.contains(&member.as_str()))
@@ -263,7 +269,7 @@ impl Module {
             }
             _ if schema["properties"].is_object() => {
                 self.names.insert(name.to_owned());
-                self.class(name, schema);
+                self.add_class(name, schema);
                 name.to_owned()
             }
             _ => {
@@ -284,7 +290,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_types_of_python_are_what_the_tables_say() {
+    fn python_types_agree_with_the_tables() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(FILE);
         let written = fs::read_to_string(path).unwrap_or_default();
         assert!(written == text(), "cargo xtask station writes it anew");

@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_types_are_those_of_the_stations_table() {
+    fn types_agree_with_the_station_table() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src/api.ts");
         let written = fs::read_to_string(path).unwrap_or_default();
         let text = text().unwrap();

@@ -13,7 +13,7 @@ use super::page::files;
 /// Units behind a number of the arm.
 const UNITS: [&str; 7] = ["mm", "deg", "°", "V", "Hz", "毫米", "度"];
 /// Names of commands that are also words of the page.
-const WORDS: [&str; 2] = ["Pose", "Home"];
+const PAGE_WORDS: [&str; 2] = ["Pose", "Home"];
 
 /// Returns the problems of a source, by line.
 fn findings(source: &str) -> Vec<String> {
@@ -22,7 +22,7 @@ fn findings(source: &str) -> Vec<String> {
         .filter_map(|(at, line)| {
             let named = names().find(|name| is_quoted(line, name));
             let named = named.map(|name| format!("{at}: the command {name}"));
-            named.or_else(|| measured(line).map(|number| format!("{at}: {number}")))
+            named.or_else(|| number_with_unit(line).map(|number| format!("{at}: {number}")))
         })
         .collect()
 }
@@ -31,7 +31,7 @@ fn names() -> impl Iterator<Item = &'static str> {
     (0..=u8::MAX)
         .filter_map(Row::with_id)
         .map(|row| row.name)
-        .filter(|name| !WORDS.contains(name))
+        .filter(|name| !PAGE_WORDS.contains(name))
 }
 
 fn is_quoted(line: &str, name: &str) -> bool {
@@ -41,7 +41,7 @@ fn is_quoted(line: &str, name: &str) -> bool {
 }
 
 /// Returns the first number with a unit.
-fn measured(line: &str) -> Option<String> {
+fn number_with_unit(line: &str) -> Option<String> {
     // The path data of a picture contains numbers and letters.
     if line.contains("<path") || line.contains(" d=\"M") {
         return None;
@@ -63,7 +63,7 @@ fn measured(line: &str) -> Option<String> {
 }
 
 #[test]
-fn the_page_knows_no_command_and_no_number_of_the_arm() {
+fn page_contains_no_command_and_no_figure_of_the_arm() {
     let studio = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src");
     let mut all = files(&studio).expect("the sources");
     let ours = |name: &str| {
@@ -90,13 +90,13 @@ fn the_page_knows_no_command_and_no_number_of_the_arm() {
 }
 
 #[test]
-fn what_it_may_not_know_is_found() {
+fn commands_and_figures_are_reported() {
     let source = "call(\"PTPCmd\");\nconst LEAST = -25; // 135 mm above\nconst POSE = \"Pose\";\nt(\"5 degrees\")\n`${z} mm`";
     assert_eq!(findings(source), ["1: the command PTPCmd", "2: 135 mm"]);
 }
 
 /// Returns the English texts of stations, by the keys under which the page translates them.
-fn said_by_stations() -> BTreeSet<String> {
+fn station_texts() -> BTreeSet<String> {
     let alarms = Alarm::TABLE
         .iter()
         .flat_map(|alarm| ["cause", "cure"].map(|what| format!("alarm.{}.{what}", alarm.code)));
@@ -108,7 +108,7 @@ fn said_by_stations() -> BTreeSet<String> {
 }
 
 #[test]
-fn every_language_has_every_sentence_and_its_values() {
+fn every_language_has_all_sentences_with_their_values() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src/languages");
     let mut texts: BTreeMap<String, BTreeMap<String, String>> =
         { files(&folder).expect("the languages").into_iter() }
@@ -120,12 +120,12 @@ fn every_language_has_every_sentence_and_its_values() {
             .collect();
     let english = texts.remove("en.json").expect("English");
     assert!(!texts.is_empty() && english.len() > 300);
-    let said = said_by_stations();
+    let from_stations = station_texts();
     for (name, texts) in &texts {
-        let differs: Vec<_> = { english.keys().chain(texts.keys()).chain(&said) }
+        let differs: Vec<_> = { english.keys().chain(texts.keys()).chain(&from_stations) }
             .filter(|key| match texts.get(*key) {
                 Some(text) => !english.get(*key).map_or_else(
-                    || said.contains(*key),
+                    || from_stations.contains(*key),
                     |english| values(english) == values(text),
                 ),
                 None => true,

@@ -9,7 +9,7 @@ use std::process::Command;
 
 use flate2::{Compression, GzBuilder};
 
-use super::page::done;
+use super::page::run_command;
 
 const FOLDER: &str = "crates/magician-studio/modules";
 /// Separator of flags in `CARGO_ENCODED_RUSTFLAGS`.
@@ -89,7 +89,7 @@ fn build(module: &Module, root: &Path, flags: &str) -> Result<PathBuf, Box<dyn E
         .args(["--crate-type", "cdylib"])
         .env("CARGO_ENCODED_RUSTFLAGS", flags)
         .current_dir(root);
-    done(command)?;
+    run_command(command)?;
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
     // The library has the same name for all features.
     Ok(target.join(module.target).join("small/arm.wasm"))

@@ -9,8 +9,8 @@ use std::process::Command;
 use super::modules;
 use crate::dist;
 
-const KEPT: &str = "crates/magician-studio/page";
-const SHELL: &[&str] = &[
+const PAGE_FOLDER: &str = "crates/magician-studio/page";
+const SHELL_FILES: &[&str] = &[
     "index.html",
     "assets/app.js",
     "assets/preact.js",
@@ -18,7 +18,7 @@ const SHELL: &[&str] = &[
     "assets/icon.svg",
     "manifest.webmanifest",
 ];
-const VIEW: &[&str] = &[
+const VIEW_FILES: &[&str] = &[
     "assets/scene.js",
     "assets/body.js",
     "assets/three.js",
@@ -40,7 +40,7 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let npm = |words: &[&str]| {
         let mut npm = Command::new("npm");
         npm.args(words).current_dir(&studio);
-        done(npm)
+        run_command(npm)
     };
     npm(&["ci", "--ignore-scripts", "--no-audit", "--no-fund"])?;
     npm(&["run", "--silent", "check"])?;
@@ -58,11 +58,11 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
         "--outDir",
     ]);
     vite.arg(std::path::absolute(&made)?).current_dir(&studio);
-    done(vite)?;
+    run_command(vite)?;
     let mut built = files(&made)?;
     let worker = fs::read(studio.join("sw.js"))?;
     built.insert("sw.js".to_owned(), worker);
-    let kept = root.join(KEPT);
+    let kept = root.join(PAGE_FOLDER);
     if !check {
         // The licences are read from files of the page, which may be new.
         write(&kept, &built)?;
@@ -79,10 +79,10 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
         target: Some("wasm32-wasip1".to_owned()),
     })?;
     built.insert("licences.txt".to_owned(), licences.into_bytes());
-    plain(&built, root)?;
+    check_machine_traces(&built, root)?;
     sizes(&built)?;
     if check {
-        same(&files(&kept)?, &built)
+        compare(&files(&kept)?, &built)
     } else {
         Ok(write(&kept, &built)?)
     }
@@ -102,7 +102,7 @@ fn write(folder: &Path, files: &Files) -> std::io::Result<()> {
     Ok(())
 }
 
-pub(super) fn done(mut command: Command) -> Result<(), Box<dyn Error>> {
+pub(super) fn run_command(mut command: Command) -> Result<(), Box<dyn Error>> {
     match command.status() {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(format!("{command:?}: {status}").into()),
@@ -133,7 +133,7 @@ pub(super) fn files(folder: &Path) -> Result<Files, Box<dyn Error>> {
 }
 
 /// Fails if a file contains traces of this machine, because the page is compared byte by byte.
-fn plain(files: &Files, root: &Path) -> Result<(), Box<dyn Error>> {
+fn check_machine_traces(files: &Files, root: &Path) -> Result<(), Box<dyn Error>> {
     let here = std::path::absolute(root)?;
     let here = here.to_string_lossy();
     for (name, bytes) in files {
@@ -153,9 +153,9 @@ fn plain(files: &Files, root: &Path) -> Result<(), Box<dyn Error>> {
 /// Prints the sizes of what a browser loads first, and of what it loads to show an arm, beside the
 /// goals.
 fn sizes(files: &Files) -> Result<(), Box<dyn Error>> {
-    let view = [SHELL, VIEW].concat();
+    let view = [SHELL_FILES, VIEW_FILES].concat();
     for (what, names, goal) in [
-        ("shell", SHELL, 50_000),
+        ("shell", SHELL_FILES, 50_000),
         ("live view", view.as_slice(), 200_000),
     ] {
         let mut size = 0;
@@ -168,7 +168,7 @@ fn sizes(files: &Files) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn same(kept: &Files, wanted: &Files) -> Result<(), Box<dyn Error>> {
+fn compare(kept: &Files, wanted: &Files) -> Result<(), Box<dyn Error>> {
     let names = kept.keys().chain(wanted.keys());
     let mut stale: Vec<_> = names
         .filter(|name| kept.get(*name) != wanted.get(*name))

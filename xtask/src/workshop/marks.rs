@@ -14,19 +14,19 @@ use super::source::{self, Line};
 /// Largest distance between a point of the result and its file, mm; and between it and the preview,
 /// which leaves out corners of curves.
 const TOLERANCE: f64 = 0.1;
-const SHOWN: f64 = 0.2;
+const PREVIEW_TOLERANCE: f64 = 0.2;
 /// Size of the cells in which tones are compared, mm, and their largest mean difference as a share
 /// of black: half a step of an 8-bit grey is 0.002.
-const CELL: f64 = 1.0;
-const TONE: f64 = 0.02;
+const CELL_SIZE: f64 = 1.0;
+const TONE_TOLERANCE: f64 = 0.02;
 /// Greys from this value on are burnt with no power.
-const WHITE: u8 = 254;
+const WHITE_LEVEL: u8 = 254;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 /// Result of a comparison.
-pub(super) struct Matched {
-    pub(super) told: String,
+pub(super) struct Comparison {
+    pub(super) text: String,
     pub(super) is_good: bool,
 }
 
@@ -38,35 +38,38 @@ pub(super) fn figures(
     look: &str,
     left: &str,
     estimate: &Value,
-) -> Result<Matched> {
+) -> Result<Comparison> {
     if !piece.leaves() {
-        return Ok(Matched {
-            told: "It leaves no mark; the tests hold the path of the virtual arm's tool against the preview's.".to_owned(),
+        return Ok(Comparison {
+            text: "It leaves no mark; the tests hold the path of the virtual arm's tool against the preview's.".to_owned(),
             is_good: true,
         });
     }
     let drawing = Drawing::from(strokes(left)?);
     let left = lines_of(&drawing);
     let bounds = drawing.bounds().ok_or("nothing was left")?;
-    let off = off_place(bounds, &estimate["bounds"]).ok_or("no bounds")?;
+    let off = max_offset(bounds, &estimate["bounds"]).ok_or("no bounds")?;
     // Dots appear as markers in a preview, and not as lines.
     let lines: Vec<Line> = { left.iter() }
         .filter(|line| line.len() > 1)
         .cloned()
         .collect();
-    let shown = fitted(shown(look)?, bounds_of(&lines).ok_or("no lines were left")?)?;
-    let matched = compare(&shown, &lines, SHOWN).matched;
-    let mut told = format!("Preview and result: {}", share(&matched));
+    let shown = fit_to(
+        visible_lines(look)?,
+        bounds_of(&lines).ok_or("no lines were left")?,
+    )?;
+    let matched = compare(&shown, &lines, PREVIEW_TOLERANCE).matched;
+    let mut text = format!("Preview and result: {}", share(&matched));
     let mut is_good = matched.is_good() && off <= TOLERANCE;
     if off > TOLERANCE {
-        told += &format!(" Its place is {off:.2} mm off.");
+        text += &format!(" Its place is {off:.2} mm off.");
     }
     match &piece.input {
         Input::Lines(_, reader) if reader.is_independent() => {
             let source = reader.lines(input)?;
             let source: Vec<Line> = source.into_iter().map(|(_, line)| line).collect();
-            let matched = compare(&placed(source, estimate)?, &left, TOLERANCE).matched;
-            told += &format!(
+            let matched = compare(&move_to_estimate(source, estimate)?, &left, TOLERANCE).matched;
+            text += &format!(
                 " File and result: {} At most {:.2} mm off, {:.3} mm in the mean, with pixels of {:.2} mm.",
                 share(&matched),
                 matched.worst(),
@@ -86,26 +89,26 @@ pub(super) fn figures(
             let off = middle_of_marks(&image);
             let corners = [0.0, 1.0]
                 .map(|side| [0, 1].map(|axis| middle[axis] + (side - off[axis]) * size[axis]));
-            let burnt = Tones::of_burns(&drawing, corners, CELL, *spacing);
-            let matched = burnt.difference(&Tones::of_image(&image, corners, CELL));
+            let burnt = Tones::of_burns(&drawing, corners, CELL_SIZE, *spacing);
+            let matched = burnt.difference(&Tones::of_image(&image, corners, CELL_SIZE));
             let matched = matched.ok_or("grids that differ")?;
-            told += &format!(
+            text += &format!(
                 " The darkness of the result differs from the file's by {:.1} % of black in the mean, by {:.1} % at most.",
                 100.0 * matched.mean,
                 100.0 * matched.worst,
             );
-            is_good &= matched.mean < TONE;
+            is_good &= matched.mean < TONE_TOLERANCE;
         }
         _ => {}
     }
-    Ok(Matched { told, is_good })
+    Ok(Comparison { text, is_good })
 }
 
 /// Returns the mean position of all pixels other than white, as shares of the width and, from the
 /// lower edge, of the height.
 fn middle_of_marks(image: &Raster) -> [f64; 2] {
     let marked = image.grey.iter().enumerate();
-    let marked = marked.filter(|(_, grey)| **grey < WHITE);
+    let marked = marked.filter(|(_, grey)| **grey < WHITE_LEVEL);
     let [mut low, mut high] = [[usize::MAX; 2], [0; 2]];
     for (at, _) in marked {
         let place = [at % image.width, image.height - 1 - at / image.width];
@@ -163,26 +166,26 @@ fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
 }
 
 /// Returns the lines of a preview that leave a mark.
-fn shown(preview: &str) -> Result<Vec<Line>> {
+fn visible_lines(preview: &str) -> Result<Vec<Line>> {
     let head = preview.split_inclusive('>').next().unwrap_or_default();
     let leaves = |line: &&str| {
         ["class=\"drawn\"", "class=\"burnt\""]
             .iter()
             .any(|class| line.contains(class))
     };
-    let paths: String = preview.lines().filter(leaves).map(path_alone).collect();
+    let paths: String = preview.lines().filter(leaves).map(path_element).collect();
     Ok(svg_lines(format!("{head}{paths}</svg>").as_bytes())?)
 }
 
 /// Returns the path of a line of SVG that also opens and closes other elements.
-fn path_alone(line: &str) -> &str {
+fn path_element(line: &str) -> &str {
     let from = line.find("<path").unwrap_or(0);
     let to = line.rfind("/>").map_or(line.len(), |at| at + 2);
     line.get(from..to).unwrap_or_default()
 }
 
 /// Fits lines into these bounds, because a preview has its own scale and position.
-fn fitted(mut lines: Vec<Line>, [low, high]: [[f64; 2]; 2]) -> Result<Vec<Line>> {
+fn fit_to(mut lines: Vec<Line>, [low, high]: [[f64; 2]; 2]) -> Result<Vec<Line>> {
     let [from, to] = bounds_of(&lines).ok_or("a preview without lines")?;
     let width = |[low, high]: [[f64; 2]; 2], axis: usize| high[axis] - low[axis];
     let long = if width([low, high], 0) > width([low, high], 1) {
@@ -201,7 +204,7 @@ fn fitted(mut lines: Vec<Line>, [low, high]: [[f64; 2]; 2]) -> Result<Vec<Line>>
 }
 
 /// Moves the lines of a file to the place in its estimate.
-fn placed(mut lines: Vec<Line>, estimate: &Value) -> Result<Vec<Line>> {
+fn move_to_estimate(mut lines: Vec<Line>, estimate: &Value) -> Result<Vec<Line>> {
     if estimate["placed"].is_null() {
         return Ok(lines);
     }
@@ -240,7 +243,7 @@ fn bounds_of(lines: &[Line]) -> Option<[[f64; 2]; 2]> {
 }
 
 /// Returns the largest deviation of the drawing's sides from the estimate, mm.
-fn off_place([low, high]: [[f64; 2]; 2], bounds: &Value) -> Option<f64> {
+fn max_offset([low, high]: [[f64; 2]; 2], bounds: &Value) -> Option<f64> {
     let mut worst: f64 = 0.0;
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         for (side, is) in [low[axis], high[axis]].into_iter().enumerate() {

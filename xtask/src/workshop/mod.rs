@@ -14,7 +14,7 @@ use std::fs;
 use std::path::Path;
 
 use pieces::PIECES;
-use run::Bench;
+use run::CommandFolder;
 
 const DOCS: &str = "docs/evidence";
 /// Folder of the pictures below [`DOCS`]; files made for this page are in a subfolder.
@@ -24,7 +24,7 @@ const PAGE: &str = "WORKSHOP.md";
 /// Runs every piece, draws it into `docs/evidence/workshop` and lists it in `docs/evidence/WORKSHOP.md`. With names
 /// it only runs these and prints their figures.
 pub(crate) fn write(names: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
-    let bench = Bench::new(root)?;
+    let folder = CommandFolder::new(root)?;
     let pictures = root.join(DOCS).join(PICTURES);
     let mut page = page::INTRODUCTION.to_owned();
     let mut all_good = true;
@@ -32,7 +32,7 @@ pub(crate) fn write(names: &[String], root: &Path) -> Result<(), Box<dyn Error>>
         if !names.is_empty() && !names.iter().any(|name| name == piece.name) {
             continue;
         }
-        let made = bench
+        let made = folder
             .make(piece)
             .map_err(|why| format!("{}: {why}", piece.name))?;
         for (name, bytes) in &made.pictures {
@@ -59,14 +59,14 @@ mod tests {
     use super::*;
 
     /// Largest total size of the pictures, bytes, since every checkout contains them.
-    const MOST: u64 = 1_500_000;
+    const MAX_PICTURE_BYTES: u64 = 1_500_000;
 
     fn docs() -> std::path::PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(DOCS)
     }
 
     #[test]
-    fn the_page_has_every_piece_of_the_list_and_no_other() {
+    fn page_lists_exactly_the_pieces() {
         let page = fs::read_to_string(docs().join(PAGE)).unwrap();
         for piece in PIECES {
             assert!(
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pictures_are_those_of_the_page_and_small() {
+    fn pictures_are_exactly_those_of_the_page_and_small() {
         let page = fs::read_to_string(docs().join(PAGE)).unwrap();
         let shown: BTreeSet<&str> = page
             .split(&format!("src=\"{PICTURES}/"))
@@ -98,6 +98,6 @@ mod tests {
         }
         let there: BTreeSet<&str> = there.iter().map(String::as_str).collect();
         assert_eq!(there, shown);
-        assert!(size < MOST, "{size} bytes");
+        assert!(size < MAX_PICTURE_BYTES, "{size} bytes");
     }
 }

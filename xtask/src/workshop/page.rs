@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::PICTURES;
 use super::pieces::Piece;
-use super::run::Made;
+use super::run::PieceResult;
 
 pub(super) const INTRODUCTION: &str = "\
 # The workshop
@@ -31,22 +31,22 @@ pub(super) fn head(piece: &Piece) -> String {
     format!(
         "\n## {}\n\n{}\n\n```sh\n{}\n{}\n```\n",
         piece.title,
-        piece.says,
-        piece.look(),
-        piece.make()
+        piece.description,
+        piece.preview_command(),
+        piece.make_command()
     )
 }
 
-pub(super) fn entry(piece: &Piece, made: &Made) -> String {
+pub(super) fn entry(piece: &Piece, made: &PieceResult) -> String {
     let mut entry = head(piece);
     // Writing to a `String` cannot fail.
-    let _ = write!(entry, "\n```text\n{}```\n\n", made.said);
+    let _ = write!(entry, "\n```text\n{}```\n\n", made.output);
     let _ = writeln!(entry, "{}", table(piece, made));
     let _ = writeln!(entry, "{}", made.figures);
     entry
 }
 
-fn table(piece: &Piece, made: &Made) -> String {
+fn table(piece: &Piece, made: &PieceResult) -> String {
     let width = if made.shown.len() > 2 { 270 } else { 400 };
     let heads: Vec<&str> = made.shown.iter().map(|(head, _)| *head).collect();
     let cells = made.shown.iter().map(|(head, name)| {

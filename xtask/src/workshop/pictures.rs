@@ -6,7 +6,7 @@ use std::error::Error;
 use magician_picture::svg::palette::DRAWN;
 
 use super::pieces::{Input, Piece};
-use super::sheet::{Ink, around, draw};
+use super::sheet::{Ink, corners_around, draw};
 
 /// Margin around lines, mm.
 const MARGIN: f64 = 5.0;
@@ -22,11 +22,11 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 pub(super) fn input(piece: &Piece, bytes: &[u8]) -> Result<Option<(String, Option<Vec<u8>>)>> {
     Ok(match &piece.input {
         Input::None | Input::Words => None,
-        Input::File(file) | Input::Tones(file, _) => Some(itself(file, bytes)),
-        Input::Lines(file, _) if file.ends_with(".svg") => Some(itself(file, bytes)),
+        Input::File(file) | Input::Tones(file, _) => Some(own_picture(file, bytes)),
+        Input::Lines(file, _) if file.ends_with(".svg") => Some(own_picture(file, bytes)),
         Input::Lines(_, reader) => {
             let lines = reader.lines(bytes)?;
-            let frame = around(lines.iter().map(|(_, line)| line.as_slice()), MARGIN);
+            let frame = corners_around(lines.iter().map(|(_, line)| line.as_slice()), MARGIN);
             let inks = (1..=SHADES).map(|shade| Ink {
                 colour: DRAWN,
                 width: 0.5,
@@ -48,7 +48,7 @@ pub(super) fn input(piece: &Piece, bytes: &[u8]) -> Result<Option<(String, Optio
 }
 
 /// Returns a file that is itself a picture: one beside the page, or a copy of a sample.
-fn itself(file: &str, bytes: &[u8]) -> (String, Option<Vec<u8>>) {
+fn own_picture(file: &str, bytes: &[u8]) -> (String, Option<Vec<u8>>) {
     let ours =
         std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/evidence/workshop/files");
     if ours.join(file).exists() {
@@ -59,7 +59,7 @@ fn itself(file: &str, bytes: &[u8]) -> (String, Option<Vec<u8>>) {
 }
 
 /// Converts a picture to one byte per pixel, with as many colours as that allows.
-pub(super) fn small(picture: &[u8]) -> Result<Vec<u8>> {
+pub(super) fn reduced(picture: &[u8]) -> Result<Vec<u8>> {
     if !picture.starts_with(b"\x89PNG") {
         return Ok(picture.to_vec());
     }

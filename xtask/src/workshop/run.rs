@@ -20,9 +20,9 @@ const FILES: [&str; 3] = [
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 /// Result of a piece.
-pub(super) struct Made {
+pub(super) struct PieceResult {
     /// Output of the last command.
-    pub(super) said: String,
+    pub(super) output: String,
     /// Pictures on the page: heading and file name, relative to the folder of the pictures.
     pub(super) shown: Vec<(&'static str, String)>,
     /// Pictures that were made.
@@ -33,12 +33,12 @@ pub(super) struct Made {
 }
 
 /// Folder with all files in which commands run.
-pub(super) struct Bench {
+pub(super) struct CommandFolder {
     place: PathBuf,
     path: String,
 }
 
-impl Bench {
+impl CommandFolder {
     /// Builds the command and copies the files.
     pub(super) fn new(root: &Path) -> Result<Self> {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
@@ -70,14 +70,14 @@ impl Bench {
     }
 
     /// Previews the piece, then makes it.
-    pub(super) fn make(&self, piece: &Piece) -> Result<Made> {
+    pub(super) fn make(&self, piece: &Piece) -> Result<PieceResult> {
         let (preview, drawn) = (piece.preview(), piece.drawn());
-        self.shell(&piece.look())?;
-        let said = self.shell(&piece.make())?;
+        self.shell(&piece.preview_command())?;
+        let output = self.shell(&piece.make_command())?;
         // Also as lines, for the comparison, whatever the page shows.
-        self.shell(&piece.look_at("look.svg"))?;
-        self.shell(&piece.make_as("left.svg"))?;
-        let estimate: Value = serde_json::from_str(&self.shell(&piece.estimate())?)?;
+        self.shell(&piece.preview_command_as("look.svg"))?;
+        self.shell(&piece.make_command_as("left.svg"))?;
+        let estimate: Value = serde_json::from_str(&self.shell(&piece.estimate_command())?)?;
         let [look, left] =
             ["look.svg", "left.svg"].map(|name| fs::read_to_string(self.place.join(name)));
         let input = match piece.input {
@@ -94,16 +94,16 @@ impl Bench {
             made.extend(bytes.map(|bytes| (name, bytes)));
         }
         shown.push(("preview", preview.clone()));
-        made.push((preview.clone(), pictures::small(&self.read(&preview)?)?));
+        made.push((preview.clone(), pictures::reduced(&self.read(&preview)?)?));
         if piece.leaves() {
             shown.push(("what the arm left", drawn.clone()));
-            made.push((drawn.clone(), pictures::small(&self.read(&drawn)?)?));
+            made.push((drawn.clone(), pictures::reduced(&self.read(&drawn)?)?));
         }
-        Ok(Made {
-            said,
+        Ok(PieceResult {
+            output,
             shown,
             pictures: made,
-            figures: matched.told,
+            figures: matched.text,
             is_good: matched.is_good,
         })
     }

@@ -14,7 +14,7 @@ pub(crate) struct Ink<'a> {
 }
 
 /// Returns the corners of the area that contains all lines, with a margin.
-pub(crate) fn around<'a>(
+pub(crate) fn corners_around<'a>(
     lines: impl IntoIterator<Item = &'a [[f64; 2]]>,
     margin: f64,
 ) -> [[f64; 2]; 2] {

@@ -8,9 +8,9 @@ use magician_picture::compare::svg_lines;
 pub(crate) type Line = Vec<[f64; 2]>;
 
 /// Angle of an arc per corner, deg.
-const DEGREES: f64 = 1.0;
+const ARC_STEP_DEG: f64 = 1.0;
 /// Size of an HPGL unit, mm.
-const UNIT: f64 = 0.025;
+const HPGL_UNIT_MM: f64 = 0.025;
 
 /// Returns the lines of an SVG on its sheet.
 pub(crate) fn svg(bytes: &[u8]) -> Result<Vec<Line>, Box<dyn Error>> {
@@ -29,9 +29,9 @@ pub(crate) fn hpgl(text: &str) -> Vec<Line> {
             .filter_map(|number| number.parse().ok())
             .collect();
         for place in numbers.chunks_exact(2) {
-            let to = [place[0] * UNIT, place[1] * UNIT];
+            let to = [place[0] * HPGL_UNIT_MM, place[1] * HPGL_UNIT_MM];
             match verb {
-                "PD" => go_on(&mut lines, at, to),
+                "PD" => add_segment(&mut lines, at, to),
                 "PU" => {}
                 _ => continue,
             }
@@ -47,14 +47,16 @@ pub(crate) fn hpgl(text: &str) -> Vec<Line> {
 pub(crate) fn gcode(text: &str) -> Vec<(f64, Line)> {
     let mut lines: Vec<Line> = Vec::new();
     let mut powers: Vec<f64> = Vec::new();
-    let has_z = text.lines().any(|line| plain(line).contains('Z'));
+    let has_z = text
+        .lines()
+        .any(|line| without_comments(line).contains('Z'));
     let ([mut x, mut y, mut z, mut s], mut mode) = ([0.0, 0.0, 0.0, 0.0], 0);
     let mut relative = false;
-    for line in text.lines().map(plain) {
+    for line in text.lines().map(without_comments) {
         let mut centre = None;
         let [from_x, from_y] = [x, y];
         let mut moves = false;
-        for (letter, number) in words(line) {
+        for (letter, number) in gcode_words(line) {
             let base = |from: f64| if relative { from } else { 0.0 };
             match letter {
                 'G' if number <= 3.0 => mode = number as u8,
@@ -79,7 +81,7 @@ pub(crate) fn gcode(text: &str) -> Vec<(f64, Line)> {
         }
         let centre = centre.filter(|_| mode > 1);
         for to in arc(at, [x, y], centre, mode == 2) {
-            go_on(&mut lines, at, to);
+            add_segment(&mut lines, at, to);
             at = to;
         }
         powers.resize(lines.len(), s);
@@ -92,7 +94,7 @@ pub(crate) fn gcode(text: &str) -> Vec<(f64, Line)> {
 }
 
 /// Returns the words of a line, with or without spaces between them.
-fn words(line: &str) -> impl Iterator<Item = (char, f64)> {
+fn gcode_words(line: &str) -> impl Iterator<Item = (char, f64)> {
     let starts = line
         .char_indices()
         .filter(|(_, letter)| letter.is_ascii_alphabetic());
@@ -105,7 +107,7 @@ fn words(line: &str) -> impl Iterator<Item = (char, f64)> {
 }
 
 /// Removes comments.
-fn plain(line: &str) -> &str {
+fn without_comments(line: &str) -> &str {
     line.split(';').next().unwrap_or_default()
 }
 
@@ -122,7 +124,7 @@ fn arc(from: [f64; 2], to: [f64; 2], centre: Option<[f64; 2]>, clockwise: bool) 
     } else {
         turn
     };
-    let pieces = (turn.abs().to_degrees() / DEGREES).ceil().max(1.0);
+    let pieces = (turn.abs().to_degrees() / ARC_STEP_DEG).ceil().max(1.0);
     let corner = |nth: u32| {
         let at = angle(from) + turn * f64::from(nth) / pieces;
         [cx + radius * at.cos(), cy + radius * at.sin()]
@@ -131,7 +133,7 @@ fn arc(from: [f64; 2], to: [f64; 2], centre: Option<[f64; 2]>, clockwise: bool) 
 }
 
 /// Adds a segment to the last line, or begins a new line.
-fn go_on(lines: &mut Vec<Line>, from: [f64; 2], to: [f64; 2]) {
+fn add_segment(lines: &mut Vec<Line>, from: [f64; 2], to: [f64; 2]) {
     match lines.last_mut() {
         Some(line) if line.last() == Some(&from) => line.push(to),
         _ => lines.push(vec![from, to]),

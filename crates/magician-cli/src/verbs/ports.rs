@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clap::Args;
-use magician::discovery::{Found, Search};
+use magician::discovery::{DiscoveredArm, Search};
 use serde::Serialize;
 
 use crate::columns::{Columns, note};
@@ -47,8 +47,8 @@ struct WifiArm {
     version: Option<String>,
 }
 
-impl From<Found> for WifiArm {
-    fn from(found: Found) -> Self {
+impl From<DiscoveredArm> for WifiArm {
+    fn from(found: DiscoveredArm) -> Self {
         Self {
             port: found.target().to_string(),
             address: found.address.to_string(),

@@ -6,7 +6,7 @@
 //! the user which size, place or rotation would fit.
 
 use magician_host::message;
-use magician_host::{Act, Given, Setting};
+use magician_host::{Act, Setting, SettingValue};
 use serde::{Deserialize, Serialize};
 
 use super::{Artwork, FilledArea, Marking, Stroke};
@@ -215,7 +215,7 @@ impl FitFailure {
     pub fn scaled(mut self, by: f64) -> Self {
         let times = |scale: f64| WouldFit::new(scale * by, 0.0).scale;
         for remedy in &mut self.diagnostic.remedies {
-            if let Act::Give(Setting::Scale, Given::Number(scale)) = &mut remedy.act {
+            if let Act::Give(Setting::Scale, SettingValue::Number(scale)) = &mut remedy.act {
                 *scale = times(*scale);
             }
         }
@@ -484,7 +484,7 @@ impl<'a> Placer<'a> {
     fn misfit(&self, most: Option<f64>, [near, far]: [f64; 2]) -> FitFailure {
         let turned = self.turned_by_90();
         let elsewhere = self.fitting_position();
-        let at = |[x, y]: [f64; 2]| (Setting::At, Given::Point(x, y));
+        let at = |[x, y]: [f64; 2]| (Setting::At, SettingValue::Point(x, y));
         let size = |scale: f64| {
             let [width, height] = self.size.map(|side| scale * side);
             message!("{width:.0} by {height:.0} mm", width, height)
@@ -518,9 +518,10 @@ impl<'a> Placer<'a> {
             return FitFailure {
                 diagnostic: match elsewhere {
                     Some(place) => diagnostic.remedy(at(place), "fits there"),
-                    None => {
-                        diagnostic.remedy((Setting::At, Given::Any("X,Y")), "places it elsewhere")
-                    }
+                    None => diagnostic.remedy(
+                        (Setting::At, SettingValue::Any("X,Y")),
+                        "places it elsewhere",
+                    ),
                 },
                 would_fit: would_fit.filter(WouldFit::is_any),
             };
@@ -554,9 +555,9 @@ impl<'a> Placer<'a> {
             ),
         };
         let mut would_fit = WouldFit::new(most, self.layout.rotate);
-        let scale = (Setting::Scale, Given::Number(would_fit.scale));
+        let scale = (Setting::Scale, SettingValue::Number(would_fit.scale));
         let mut diagnostic = Diagnostic::new(self.origin_of_worst_point(), message)
-            .remedy((Setting::Fit, Given::On), "shrinks it")
+            .remedy((Setting::Fit, SettingValue::On), "shrinks it")
             .remedy(scale, "fits there");
         if let Some(place) = elsewhere {
             diagnostic = diagnostic.remedy(at(place), "fits at this size");
@@ -565,7 +566,7 @@ impl<'a> Placer<'a> {
             let rotate = self.layout.rotate + 90.0;
             would_fit = WouldFit::new(other, rotate);
             if !turns {
-                let turn = (Setting::Rotate, Given::Number(rotate));
+                let turn = (Setting::Rotate, SettingValue::Number(rotate));
                 diagnostic = diagnostic.remedy(turn, "leaves it more room");
             }
         }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::{Chords, Content, Fills, Parsed, ReadOptions};
 use crate::artwork::Style;
@@ -37,9 +37,8 @@ pub(super) fn read(
     let size = options.text.size;
     if !(size > 0.0 && size <= MAX_CAPITAL_HEIGHT) {
         let message = format!("a capital is {size} mm high, limit {MAX_CAPITAL_HEIGHT}");
-        return Err(
-            Diagnostic::of_file(message).remedy((Setting::Size, Given::Any("MM")), "sets it")
-        );
+        return Err(Diagnostic::of_file(message)
+            .remedy((Setting::Size, SettingValue::Any("MM")), "sets it"));
     }
     let font = options.text.font.load()?;
     let LaidText {

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::compose::precomposed;
 use super::glyph::Bounds;
@@ -355,6 +355,9 @@ fn too_wide_error(cell: Option<&Cell>, width: f64, text: &str) -> Diagnostic {
         width
     );
     Diagnostic::new(Lines::new(text).origin(range), message)
-        .remedy((Setting::Size, Given::Any("MM")), "makes it smaller")
-        .remedy((Setting::Wrap, Given::Any("MM")), "makes lines wider")
+        .remedy((Setting::Size, SettingValue::Any("MM")), "makes it smaller")
+        .remedy(
+            (Setting::Wrap, SettingValue::Any("MM")),
+            "makes lines wider",
+        )
 }

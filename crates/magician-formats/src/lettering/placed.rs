@@ -5,7 +5,7 @@ use crate::formats::ReadOptions;
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 /// Font for the texts of a drawing.
 #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
@@ -79,7 +79,7 @@ pub(crate) fn lacks(character: char, font: &str, strict: bool, origin: Origin) -
         )
     };
     Diagnostic::new(origin, message).remedy(
-        (Setting::Font, Given::Any("FILE")),
+        (Setting::Font, SettingValue::Any("FILE")),
         "writes it with a font that has it",
     )
 }

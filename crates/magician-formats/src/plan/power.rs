@@ -8,7 +8,7 @@
 
 use magician_host::message;
 use magician_host::preflight::PathProfiles;
-use magician_host::{Given, Set, Setting, VelocityProfile};
+use magician_host::{Set, Setting, SettingValue, VelocityProfile};
 use magician_motion::ArmModel;
 
 use super::{Action, Plan, Step};
@@ -117,8 +117,10 @@ impl Plan {
                     at = at + 1,
                     power = power.to_string()
                 );
-                let diagnostic = Diagnostic::new(step.origin, message)
-                    .remedy((Setting::Power, Given::Number(100.0)), "runs it as it is");
+                let diagnostic = Diagnostic::new(step.origin, message).remedy(
+                    (Setting::Power, SettingValue::Number(100.0)),
+                    "runs it as it is",
+                );
                 let name = step.origin.name_index().and_then(|at| names.get(at));
                 return Err(match name {
                     Some(name) => diagnostic.named(name),

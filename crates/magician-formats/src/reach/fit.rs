@@ -6,7 +6,7 @@
 //! shrunk until it passes.
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::{Fit, Reach, SheetTransform, hull};
 use crate::Diagnostic;
@@ -113,11 +113,11 @@ impl Reach {
         let percent = 100.0 * scale;
         Diagnostic::of_file(message)
             .remedy(
-                (Setting::Fit, Given::On),
+                (Setting::Fit, SettingValue::On),
                 format!("scales it to {percent:.0} %"),
             )
             .remedy(
-                (Setting::Rotate, Given::Number(90.0)),
+                (Setting::Rotate, SettingValue::Number(90.0)),
                 "may leave it larger",
             )
     }

@@ -16,7 +16,7 @@ use magician_protocol::{
 
 pub use self::code::{ErrorCode, ErrorKind};
 pub(crate) use self::motion::of_motion;
-use crate::remedy::{Act, Action, Given, Remedy, Setting};
+use crate::remedy::{Act, Action, Remedy, Setting, SettingValue};
 use crate::{Message, message};
 
 /// Result of the driver's operations.
@@ -341,7 +341,7 @@ impl Error {
     /// Creates an error for a command that was not sent because the laser would or could burn.
     pub fn burning(message: impl Into<Message>) -> Self {
         Self::new(ErrorCode::LaserNotAllowed, message)
-            .remedy((Setting::AllowLaser, Given::On), "allows it")
+            .remedy((Setting::AllowLaser, SettingValue::On), "allows it")
     }
 
     /// Creates an error for a command that may or may not have been taken.
@@ -376,7 +376,7 @@ impl Error {
         let (cause, tool) = (&self.0.message, Message::word(Alarm::TOOL_UNKNOWN));
         self.0.message = message!("{cause}; {tool}", cause, tool);
         self.remedy(
-            (Setting::Tool, Given::Any("NAME")),
+            (Setting::Tool, SettingValue::Any("NAME")),
             "tells the arm its tool",
         )
     }

@@ -15,7 +15,7 @@
 //!   would change something and were not sent yet are dropped, because they must not run after the
 //!   stop.
 //! * **Shared reads.** A get that another client has in flight, or that was answered less than
-//!   [`fresh`](Settings::fresh) ago, gets the same reply if nothing that may change the arm was
+//!   [`max_reply_age`](Settings::max_reply_age) ago, gets the same reply if nothing that may change the arm was
 //!   sent meanwhile. No client gets the same reply twice, so a client that polls as fast as it can
 //!   gets as many readings as it would alone.
 //!   [`Row::only_looks`](magician_protocol::Row::only_looks) says which gets can be shared.
@@ -65,7 +65,7 @@ pub struct Settings {
     /// Line to the arm: whether it keeps the order, and how long a reply may take.
     pub line: connection::Settings,
     /// Largest age of a reply that is given to another client, us. 0: every get goes to the arm.
-    pub fresh: Micros,
+    pub max_reply_age: Micros,
     /// True if bytes outside of frames are passed on to the arm.
     pub transparent: bool,
     /// True if a jog continues when the client that started it disconnects.
@@ -77,7 +77,7 @@ impl Default for Settings {
         Self {
             line: connection::Settings::ORDERED,
             // A choice: one period, for which even a moving arm reports the same pose.
-            fresh: 20_000,
+            max_reply_age: 20_000,
             transparent: false,
             keep_going: false,
         }

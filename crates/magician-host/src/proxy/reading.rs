@@ -47,17 +47,17 @@ impl Readings {
         });
     }
 
-    /// Reply that is at most `fresh` old and new to this client. `None` if no kept reply fits.
+    /// Reply that is at most `max_reply_age` old and new to this client. `None` if no kept reply fits.
     pub(super) fn take(
         &mut self,
         now: Micros,
-        fresh: Micros,
+        max_reply_age: Micros,
         client: Client,
         request: &FrameBuf,
     ) -> Option<FrameBuf> {
         let will_do = |reading: &&mut Reading| {
             reading.request == *request
-                && now.saturating_sub(reading.at) < fresh
+                && now.saturating_sub(reading.at) < max_reply_age
                 && !reading.had.contains(&client)
         };
         let reading = self.readings.iter_mut().find(will_do)?;

@@ -92,7 +92,7 @@ impl Proxy {
 
     /// Answers requests from shared replies, or joins them to equal requests in flight.
     fn share(&mut self, now: Micros) {
-        if self.settings.fresh == 0 {
+        if self.settings.max_reply_age == 0 {
             return;
         }
         for (client, member) in &mut self.members {
@@ -109,7 +109,8 @@ impl Proxy {
                 if !kind::can_be_shared(&frame.frame()) {
                     break;
                 }
-                if let Some(reply) = (self.readings).take(now, self.settings.fresh, *client, frame)
+                if let Some(reply) =
+                    (self.readings).take(now, self.settings.max_reply_age, *client, frame)
                 {
                     slot.state = State::Answered {
                         frame: reply,

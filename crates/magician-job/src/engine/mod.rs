@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use magician::commands::{DeviceTime, Pose};
 use magician::message;
-use magician::{Arm, Error, ErrorCode, Ran, RunOptions, SettingsBackup};
+use magician::{Arm, Error, ErrorCode, RunOptions, RunSummary, SettingsBackup};
 use magician_program::Action;
 use tokio::time::Instant;
 
@@ -184,7 +184,7 @@ impl Engine {
         let mut segment = Segment::new(found.rest, found.timetable, found.started, self.spec.keep);
         segment.stops = stops;
         segment.rest_index = found.rest_index;
-        let mut all = Ran::default();
+        let mut all = RunSummary::default();
         loop {
             let (ran, end) = Box::pin(self.run(&segment, inbox)).await;
             add_run(&mut all, ran);
@@ -219,7 +219,7 @@ impl Engine {
         inbox: &mut Inbox,
         started: StartTime,
         from: u64,
-        ran: Ran,
+        ran: RunSummary,
         report: magician_program::Report,
     ) -> Result<JobSummary, JobError> {
         // The commands after the run get the run's patience: a slow arm must not fail here.
@@ -302,7 +302,7 @@ impl Engine {
 }
 
 /// Adds the commands of a segment to those of the job.
-fn add_run(all: &mut Ran, ran: Ran) {
+fn add_run(all: &mut RunSummary, ran: RunSummary) {
     all.commands += ran.commands;
     all.first = all.first.or(ran.first);
     all.last = ran.last.or(all.last);

@@ -322,7 +322,11 @@ impl Engine {
     }
 
     /// Checks if the job can resume now, and what to run then.
-    async fn check_resume(&self, place: &PausePlace, found: Option<StartCheck>) -> Result<StartCheck, ResumeError> {
+    async fn check_resume(
+        &self,
+        place: &PausePlace,
+        found: Option<StartCheck>,
+    ) -> Result<StartCheck, ResumeError> {
         let arm = &self.arm;
         let arm_error = |error: Error| ResumeError::Arm(Arc::new(error));
         let alarms = arm.alarms().await.map_err(arm_error)?;

@@ -3,7 +3,7 @@
 use std::pin::pin;
 use std::time::Duration;
 
-use magician::{Error, ErrorKind, Progress, Ran, RunOptions};
+use magician::{Error, ErrorKind, Progress, RunOptions, RunSummary};
 use magician_program::{RemainingProgram, Timetable};
 use tokio::time::{Instant, timeout};
 
@@ -61,12 +61,12 @@ impl Segment {
 
 impl Engine {
     /// Runs a segment until it ends; returns what it has run.
-    pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (Ran, SegmentEnd) {
+    pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (RunSummary, SegmentEnd) {
         let rest = &segment.rest;
         if rest.begins_with_pause() {
             let progress = self.progress(rest.from(), segment, Duration::ZERO);
             self.shared.publish_progress(progress);
-            return (Ran::default(), SegmentEnd::AtPause);
+            return (RunSummary::default(), SegmentEnd::AtPause);
         }
         let pause = rest.pause().map(|(step, _)| step);
         let completed = || match pause {
@@ -75,8 +75,8 @@ impl Engine {
         };
         match inbox.unless_stopped(self.prepare_pace(segment)).await {
             Ok(Ok(())) => {}
-            Ok(Err(error)) => return (Ran::default(), SegmentEnd::Failed(error)),
-            Err(Stopped) => return (Ran::default(), SegmentEnd::Stopped),
+            Ok(Err(error)) => return (RunSummary::default(), SegmentEnd::Failed(error)),
+            Err(Stopped) => return (RunSummary::default(), SegmentEnd::Stopped),
         }
         self.shared
             .publish_progress(self.progress(rest.from(), segment, Duration::ZERO));
@@ -85,7 +85,7 @@ impl Engine {
             // Requested while the job was about to start or resume: nothing is sent before the
             // pause.
             self.shared.enter(JobState::Pausing);
-            return (Ran::default(), SegmentEnd::Paused);
+            return (RunSummary::default(), SegmentEnd::Paused);
         }
         let commands = Paced {
             engine: self,

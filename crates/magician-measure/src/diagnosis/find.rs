@@ -1,6 +1,6 @@
 //! Choice of the port: the given one, or that of the only arm plugged in.
 
-use magician::{ErrorKind, Given, Port, Setting, Target, unbound_adapters};
+use magician::{ErrorKind, Port, Setting, SettingValue, Target, unbound_adapters};
 
 use super::{Diagnosis, DiagnosisObserver, Finding, Part, system};
 
@@ -89,8 +89,8 @@ fn nobody(ports: &[Port]) -> Finding {
         "switch the arm on, and connect it with a USB cable that carries data (some only charge); in a virtual \
          machine or container, pass the device through; an arm on Wi-Fi is "
             .into()),
-        (Setting::Port, Given::Word("udp:HOST")).into(),
+        (Setting::Port, SettingValue::Word("udp:HOST")).into(),
         ", a virtual one ".into(),
-        (Setting::Port, Given::Word("sim")).into(),
+        (Setting::Port, SettingValue::Word("sim")).into(),
     ])
 }

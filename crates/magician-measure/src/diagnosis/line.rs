@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use magician::{Action, ErrorKind, Given, LineOptions, RawLine, Setting, Target};
+use magician::{Action, ErrorKind, LineOptions, RawLine, Setting, SettingValue, Target};
 
 use super::{Advice, Diagnosis, DiagnosisObserver, Finding, Part};
 use crate::{
@@ -160,7 +160,7 @@ impl Diagnosis {
     pub fn leave_queue<A: DiagnosisObserver>(&mut self, to: &mut A) -> Result<(), A::Failure> {
         let finding = Finding::note("index_law", "not tried, because it uses the queue").advise([
             Part::from("with "),
-            (Setting::TryQueue, Given::On).into(),
+            (Setting::TryQueue, SettingValue::On).into(),
             ", 15 waits of 0 ms are put into the stopped queue and dropped again; nothing moves"
                 .into(),
         ]);
@@ -253,7 +253,7 @@ impl Diagnosis {
             match window {
                 1 => finding,
                 some => finding.advise([
-                    Part::from((Setting::Window, Given::Number(some as f64))),
+                    Part::from((Setting::Window, SettingValue::Number(some as f64))),
                     " uses it".into(),
                 ]),
             },

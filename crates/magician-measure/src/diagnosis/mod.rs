@@ -14,7 +14,7 @@ pub use line::try_queue;
 use std::borrow::Cow;
 use std::future::Future;
 
-use magician::{Act, Action, Error, ErrorKind, Fence, Given, Remedy, Setting, Voice};
+use magician::{Act, Action, Error, ErrorKind, Fence, Remedy, Setting, SettingValue, Voice};
 
 /// Result of one check.
 #[derive(Clone, Debug)]
@@ -192,8 +192,8 @@ impl From<Setting> for Part {
     }
 }
 
-impl From<(Setting, Given)> for Part {
-    fn from(given: (Setting, Given)) -> Self {
+impl From<(Setting, SettingValue)> for Part {
+    fn from(given: (Setting, SettingValue)) -> Self {
         Self::Act(given.into())
     }
 }
@@ -302,7 +302,7 @@ pub trait DiagnosisObserver {
 #[derive(Debug)]
 pub enum NoArm {
     /// A check found the reason.
-    Found(ErrorKind, String),
+    FailedCheck(ErrorKind, String),
     /// The driver's error gives the reason, with its remedies.
     Failed(Error),
 }
@@ -365,7 +365,7 @@ impl Diagnosis {
             return failure;
         }
         self.ended = true;
-        NoArm::Found(kind, message).into()
+        NoArm::FailedCheck(kind, message).into()
     }
 
     /// Ends the search for an arm with an error of the driver, and its remedies as advice.

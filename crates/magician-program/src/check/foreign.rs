@@ -1,7 +1,7 @@
 //! Detection of coordinates meant for another machine.
 
 use magician_host::message;
-use magician_host::{Action, Given, Setting};
+use magician_host::{Action, Setting, SettingValue};
 
 use super::Report;
 use crate::setup::extent_of_marks;
@@ -37,8 +37,11 @@ pub fn foreign_coordinates(plan: &Plan, report: &Report) -> Option<Diagnostic> {
         y
     );
     let problem = Diagnostic::new(first.origin, message)
-        .remedy((Setting::Place, Given::On), "lays it in front of the arm")
-        .remedy((Setting::Fit, Given::On), "chooses its size as well");
+        .remedy(
+            (Setting::Place, SettingValue::On),
+            "lays it in front of the arm",
+        )
+        .remedy((Setting::Fit, SettingValue::On), "chooses its size as well");
     let burns = plan.steps.iter().any(|step| step.action.is_of_a_laser());
     Some(if burns {
         problem.remedy(Action::Engrave, "lays it in front of the arm, too")

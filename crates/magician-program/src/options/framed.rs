@@ -1,7 +1,7 @@
 //! Kind of work that a frame traces.
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::{SetupDefaults, SetupOptions, WorkOption};
 use crate::{Diagnostic, DiagnosticCode, Tool};
@@ -73,7 +73,7 @@ impl SetupOptions {
             why
         ));
         Some(note.coded(DiagnosticCode::Assumed).remedy(
-            (Setting::Tool, Given::Word(other)),
+            (Setting::Tool, SettingValue::Word(other)),
             format!("goes round what would be {otherwise}"),
         ))
     }

@@ -10,7 +10,7 @@ mod opened;
 use std::sync::Arc;
 
 use magician_host::message;
-use magician_host::{Given, JointAngles, Setting};
+use magician_host::{JointAngles, Setting, SettingValue};
 use magician_motion::Fence;
 
 pub use opened::OpenedFile;
@@ -289,7 +289,7 @@ fn start_note([x, y, z]: [f64; 3]) -> Diagnostic {
         y,
         z
     );
-    let again = (Setting::Start, Given::Position([x, y, z]));
+    let again = (Setting::Start, SettingValue::Position([x, y, z]));
     Diagnostic::new(Origin::NONE, what)
         .coded(DiagnosticCode::Assumed)
         .remedy(again, "begins there again from any position")

@@ -1,7 +1,7 @@
 //! Engraving of images.
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 use magician_motion::ArmModel;
 
 use super::scan::{Scan, ScanSpeeds};
@@ -168,8 +168,14 @@ impl Engrave {
         }
         best.as_ref().and_then(Grid::of_frame).ok_or_else(|| {
             Diagnostic::of_file(message!("not enough room for the run-up to the image"))
-                .remedy((Setting::Speed, Given::Any("MM/S")), "engraves it slower")
-                .remedy((Setting::Overscan, Given::Any("MM")), "sets the run-up")
+                .remedy(
+                    (Setting::Speed, SettingValue::Any("MM/S")),
+                    "engraves it slower",
+                )
+                .remedy(
+                    (Setting::Overscan, SettingValue::Any("MM")),
+                    "sets the run-up",
+                )
         })
     }
 
@@ -233,9 +239,9 @@ impl Engrave {
             };
             return Err(
                 Diagnostic::of_file(message!("nothing to burn: all of it is white"))
-                    .remedy((Setting::Invert, Given::On), inverted)
+                    .remedy((Setting::Invert, SettingValue::On), inverted)
                     .remedy(
-                        (Setting::Threshold, Given::Any("N")),
+                        (Setting::Threshold, SettingValue::Any("N")),
                         "sets what counts as dark",
                     ),
             );
@@ -278,9 +284,12 @@ fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Diagnostic> {
             height,
             most
         ))
-        .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
         .remedy(
-            (Setting::Spacing, Given::Any("MM")),
+            (Setting::Width, SettingValue::Any("MM")),
+            "makes it smaller",
+        )
+        .remedy(
+            (Setting::Spacing, SettingValue::Any("MM")),
             "increases the distance between its lines",
         ));
     }

@@ -1,7 +1,7 @@
 //! Darkness of an image around a place, for strokes that shade it.
 
-use magician_host::{Given, Setting};
 use magician_host::{Message, message};
+use magician_host::{Setting, SettingValue};
 
 use super::resample::resample;
 use super::{Raster, Trace};
@@ -132,9 +132,12 @@ pub(super) fn check_bounds(what: Message, count: f64, length: f64) -> Result<(),
         length = length / 1000.0
     );
     Err(Diagnostic::of_file(message)
-        .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
         .remedy(
-            (Setting::Spacing, Given::Any("MM")),
+            (Setting::Width, SettingValue::Any("MM")),
+            "makes it smaller",
+        )
+        .remedy(
+            (Setting::Spacing, SettingValue::Any("MM")),
             "increases the distance between its lines",
         ))
 }
@@ -147,20 +150,22 @@ pub(super) fn nothing_to_draw(trace: &Trace, specks: usize) -> Diagnostic {
             specks,
             despeckle = trace.despeckle
         );
-        return Diagnostic::of_file(message)
-            .remedy((Setting::Despeckle, Given::Number(0.0)), "draws them all");
+        return Diagnostic::of_file(message).remedy(
+            (Setting::Despeckle, SettingValue::Number(0.0)),
+            "draws them all",
+        );
     }
     if trace.style.is_shaded() {
         let message = message!("nothing to draw: the image is too light");
         return Diagnostic::of_file(message)
-            .remedy((Setting::Invert, Given::On), "draws the white parts");
+            .remedy((Setting::Invert, SettingValue::On), "draws the white parts");
     }
     let why = message!(
         "nothing to draw: nothing in the image is darker than {level}",
         level = trace.level
     );
     Diagnostic::of_file(why).remedy(
-        (Setting::Threshold, Given::Any("N")),
+        (Setting::Threshold, SettingValue::Any("N")),
         "traces more if it is higher",
     )
 }

@@ -1,7 +1,7 @@
 //! Images as pen lines.
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::resample::resample;
 use super::shade::{Shade, nothing_to_draw};
@@ -158,11 +158,11 @@ impl Trace {
                 message!("lines that are closer together than the pen is wide keep no grey");
             return Err(Diagnostic::of_file(message)
                 .remedy(
-                    (Setting::Spacing, Given::Any("MM")),
+                    (Setting::Spacing, SettingValue::Any("MM")),
                     "increases the distance between its lines",
                 )
                 .remedy(
-                    (Setting::PenWidth, Given::Any("MM")),
+                    (Setting::PenWidth, SettingValue::Any("MM")),
                     "sets the width of the pen",
                 ));
         }

@@ -12,7 +12,7 @@ mod walk;
 use std::collections::BTreeMap;
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::work_lines::{Segment, TOUCH_HEIGHT};
 use crate::artwork::distance;
@@ -328,7 +328,7 @@ impl DepthTally {
                 what += &format!("; {repeated} that is cut again deeper is drawn once");
             }
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
-            let keep = (Setting::Depths, Given::Word("keep"));
+            let keep = (Setting::Depths, SettingValue::Word("keep"));
             notes.push(note.remedy(keep, "takes the pen below the surface"));
         }
         let fed = self.air + self.drawn();
@@ -342,7 +342,7 @@ impl DepthTally {
                 threshold = rounded(self.threshold)
             );
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
-            let pen_z = (Setting::PenZ, Given::Any("Z"));
+            let pen_z = (Setting::PenZ, SettingValue::Any("Z"));
             notes.push(note.remedy(pen_z, "sets another Z for the touching pen"));
         }
         notes

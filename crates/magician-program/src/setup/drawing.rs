@@ -1,7 +1,7 @@
 //! Lines of a drawing: tidied, filled, ordered, and placed on the sheet.
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::work_lines::WorkLines;
 use super::{LaidPlan, Setup, Work};
@@ -137,7 +137,10 @@ impl Setup {
                 before
             );
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Reordered);
-            note.remedy((Setting::Order, Given::Off), "keeps the order of the file")
+            note.remedy(
+                (Setting::Order, SettingValue::Off),
+                "keeps the order of the file",
+            )
         });
         notes.extend(reordered);
         Ok((Content::Artwork(artwork), notes))
@@ -246,7 +249,7 @@ impl Setup {
             if placed.artwork.strokes.is_empty() {
                 return Err(
                     Diagnostic::of_file(message!("its shapes are too small to be filled")).remedy(
-                        (Setting::FillSpacing, Given::Any("MM")),
+                        (Setting::FillSpacing, SettingValue::Any("MM")),
                         "draws finer lines",
                     ),
                 );
@@ -271,7 +274,7 @@ fn duplicates_note(repeated: usize) -> Option<Diagnostic> {
     };
     let note = Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut);
     let again = "draws it as often as it is there";
-    Some(note.remedy((Setting::Dedupe, Given::Off), again))
+    Some(note.remedy((Setting::Dedupe, SettingValue::Off), again))
 }
 
 /// Note that some shapes have no fill lines.
@@ -307,5 +310,8 @@ fn specks_note(specks: usize, size: f64) -> Option<Diagnostic> {
         ),
     };
     let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
-    Some(note.remedy((Setting::Despeckle, Given::Number(0.0)), "draws them too"))
+    Some(note.remedy(
+        (Setting::Despeckle, SettingValue::Number(0.0)),
+        "draws them too",
+    ))
 }

@@ -9,7 +9,7 @@ use std::fmt;
 
 use magician_host::message;
 use magician_host::preflight::{Guards, Preflight};
-use magician_host::{Given, JointAngles, Setting};
+use magician_host::{JointAngles, Setting, SettingValue};
 use magician_motion::Fence;
 use serde::Serialize;
 
@@ -472,11 +472,11 @@ impl Location {
         };
         let note = Diagnostic::of_file(what).coded(DiagnosticCode::Placed);
         let note = match format {
-            Format::Text => note.remedy((Setting::Wrap, Given::Any("MM")), WRAP_EFFECT),
+            Format::Text => note.remedy((Setting::Wrap, SettingValue::Any("MM")), WRAP_EFFECT),
             _ => note,
         };
         note.remedy(
-            (Setting::At, Given::Any("X,Y")),
+            (Setting::At, SettingValue::Any("X,Y")),
             "sets the position of its centre",
         )
     }
@@ -513,12 +513,12 @@ fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagn
     };
     let note = Diagnostic::of_file(what).coded(DiagnosticCode::Placed);
     let note = if turns {
-        note.remedy((Setting::Turn, Given::Off), "leaves it as it lies")
+        note.remedy((Setting::Turn, SettingValue::Off), "leaves it as it lies")
     } else {
         note
     };
     let note = match format {
-        Format::Text if turns => note.remedy((Setting::Wrap, Given::Any("MM")), WRAP_EFFECT),
+        Format::Text if turns => note.remedy((Setting::Wrap, SettingValue::Any("MM")), WRAP_EFFECT),
         _ => note,
     };
     Some(note)

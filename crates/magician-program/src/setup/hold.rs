@@ -5,7 +5,7 @@
 //! again ends at its programmed target.
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 use magician_motion::Geometry;
 use magician_protocol::{CpMode, Set};
 
@@ -39,11 +39,11 @@ impl RaisedDepth {
         Diagnostic::of_file(what)
             .coded(DiagnosticCode::Assumed)
             .remedy(
-                (Setting::Surface, Given::Any("Z")),
+                (Setting::Surface, SettingValue::Any("Z")),
                 "sets another height of the surface",
             )
             .remedy(
-                (Setting::Depths, Given::Word("keep")),
+                (Setting::Depths, SettingValue::Word("keep")),
                 "takes the pen below the surface",
             )
     }
@@ -90,7 +90,7 @@ fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
         deep
     );
     Diagnostic::new(origin, message).remedy(
-        (Setting::Depths, Given::Word("keep")),
+        (Setting::Depths, SettingValue::Word("keep")),
         "takes the pen below the surface",
     )
 }

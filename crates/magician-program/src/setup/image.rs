@@ -1,7 +1,7 @@
 //! Size and place of an image to engrave.
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::placed::SHEET_TOLERANCE;
 use super::{LaidPlan, Setup};
@@ -89,7 +89,10 @@ fn uneven_note(engrave: &Engrave, steady: f64) -> Diagnostic {
     );
     Diagnostic::of_file(message)
         .coded(DiagnosticCode::Speed)
-        .remedy((Setting::Speed, Given::Number(slower)), "burns them evenly")
+        .remedy(
+            (Setting::Speed, SettingValue::Number(slower)),
+            "burns them evenly",
+        )
 }
 
 /// Requested middle and rotation of an image. On a sheet, the lower left corners of image and sheet
@@ -116,8 +119,14 @@ fn given_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)
             room = shown(room)
         );
         return Err(Diagnostic::of_file(message)
-            .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
-            .remedy((Setting::Fit, Given::On), "makes it as small as need be"));
+            .remedy(
+                (Setting::Width, SettingValue::Any("MM")),
+                "makes it smaller",
+            )
+            .remedy(
+                (Setting::Fit, SettingValue::On),
+                "makes it as small as need be",
+            ));
     }
     let half = rotated(taken.map(|side| side / 2.0), sheet.rotation);
     let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);

@@ -2,7 +2,7 @@
 //! file has a page of the same size.
 
 use magician_host::preflight::Preflight;
-use magician_host::{Given, JointAngles, Setting};
+use magician_host::{JointAngles, Setting, SettingValue};
 use magician_host::{Message, message};
 
 use super::placed::middle_of_sheet;
@@ -205,7 +205,7 @@ impl LaidPage {
         Some(if fit {
             note
         } else {
-            note.remedy((Setting::Fit, Given::On), "shrinks it to the page")
+            note.remedy((Setting::Fit, SettingValue::On), "shrinks it to the page")
         })
     }
 }

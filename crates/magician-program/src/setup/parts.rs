@@ -1,7 +1,7 @@
 //! Parts of a drawing: division, selection and pens.
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::Setup;
 use crate::artwork::{DrawingPart, PartPen};
@@ -342,7 +342,7 @@ fn unknown_part(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
         )
     };
     Diagnostic::of_file(message).remedy(
-        (Setting::Parts, Given::Word("color")),
+        (Setting::Parts, SettingValue::Word("color")),
         "divides the drawing by colour",
     )
 }
@@ -359,7 +359,7 @@ fn pens_draw_alike_note(artwork: &Artwork) -> Option<Diagnostic> {
         );
         let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
         note.remedy(
-            (Setting::Parts, Given::Word("layer")),
+            (Setting::Parts, SettingValue::Word("layer")),
             "pauses to change the pen",
         )
     })

@@ -8,7 +8,7 @@
 mod guide;
 
 use magician_host::message;
-use magician_host::{Given, Remedy, Setting};
+use magician_host::{Remedy, Setting, SettingValue};
 
 use super::depths::{DepthSurvey, DepthTally, FlatProgram, kept_depths_note};
 use super::work_lines::WorkLines;
@@ -75,7 +75,7 @@ impl Setup {
         if placement.frame == Frame::Arm && drawing {
             let what = message!("a drawing or an image has no arm coordinates to keep");
             let diagnostic = Diagnostic::of_file(what).with(raw);
-            let at = (Setting::At, Given::Any("X,Y"));
+            let at = (Setting::At, SettingValue::Any("X,Y"));
             return Err(diagnostic.remedy(at, "sets the position of its centre"));
         }
         if placement.frame == Frame::Arm && self.has_placement_option() {
@@ -87,7 +87,7 @@ impl Setup {
             let what = message!("a Z of the touching pen applies to placed G-code only");
             let mut diagnostic = Diagnostic::of_file(what);
             if gcode {
-                diagnostic = diagnostic.remedy((Setting::Place, Given::On), "places G-code");
+                diagnostic = diagnostic.remedy((Setting::Place, SettingValue::On), "places G-code");
             }
             return Err(diagnostic.with(Remedy::without(Setting::PenZ)));
         }
@@ -195,11 +195,11 @@ impl Setup {
         let note = Diagnostic::of_file(what)
             .coded(DiagnosticCode::Placed)
             .remedy(
-                (Setting::Raw, Given::On),
+                (Setting::Raw, SettingValue::On),
                 "takes its coordinates as the arm's",
             )
             .remedy(
-                (Setting::PenZ, Given::Any("Z")),
+                (Setting::PenZ, SettingValue::Any("Z")),
                 "sets another Z for the touching pen",
             );
         notes.push(note);
@@ -282,8 +282,11 @@ impl Setup {
             room = shown(room)
         );
         Err(Diagnostic::of_file(message)
-            .remedy((Setting::Fit, Given::On), "shrinks it to the sheet")
-            .remedy((Setting::At, Given::Any("X,Y")), "places it without one"))
+            .remedy((Setting::Fit, SettingValue::On), "shrinks it to the sheet")
+            .remedy(
+                (Setting::At, SettingValue::Any("X,Y")),
+                "places it without one",
+            ))
     }
 
     /// Centres a plan in arm coordinates on the sheet, or moves it within reach without one.

@@ -1,7 +1,7 @@
 //! Tests of the setup: from options to a plan.
 
 use magician_host::preflight::Preflight;
-use magician_host::{Act, Given, JointAngles, Setting};
+use magician_host::{Act, JointAngles, Setting, SettingValue};
 use magician_protocol::Set;
 
 use super::*;
@@ -221,11 +221,14 @@ fn image_is_engraved_at_the_largest_even_speed_and_a_faster_one_is_noted() {
     assert_eq!(engraved(0.2, Some(8.0)), (8.0, None));
     let (speed, note) = engraved(0.2, Some(30.0));
     assert_eq!(speed, 30.0);
-    assert_eq!(note, Some(Act::Give(Setting::Speed, Given::Number(10.0))));
+    assert_eq!(
+        note,
+        Some(Act::Give(Setting::Speed, SettingValue::Number(10.0)))
+    );
     // The advised speed causes no further note, even below a resolution of 0.1 mm/s.
     for spacing in [0.3, 0.07, 0.001] {
         let (_, note) = engraved(spacing, Some(30.0));
-        let Some(Act::Give(_, Given::Number(slower))) = note else {
+        let Some(Act::Give(_, SettingValue::Number(slower))) = note else {
             panic!("{spacing}: {note:?}");
         };
         assert!(slower > 0.0);

@@ -1,7 +1,7 @@
 //! Lines that a program in its own coordinates draws or burns.
 
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use crate::artwork::{circle_through, distance};
 use crate::{Action, Artwork, Diagnostic, Plan, Stroke};
@@ -36,7 +36,7 @@ impl WorkLines {
                 "it draws and burns nothing: it has no size and no centre to be placed by"
             );
             return Err(Diagnostic::of_file(message)
-                .remedy((Setting::Raw, Given::On), "runs it as it stands"));
+                .remedy((Setting::Raw, SettingValue::On), "runs it as it stands"));
         };
         let touch = pen_z.unwrap_or(lowest);
         // If lines touch that Z only while descending, as in reliefs and arcs through Z, all of
@@ -66,7 +66,7 @@ impl WorkLines {
                 lowest
             );
             return Err(Diagnostic::of_file(message).remedy(
-                (Setting::PenZ, Given::Any("Z")),
+                (Setting::PenZ, SettingValue::Any("Z")),
                 "sets the Z at which its pen touches",
             ));
         }

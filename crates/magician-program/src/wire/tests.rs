@@ -117,14 +117,14 @@ fn error_round_trips_with_origin_and_advice() {
         .named("rect7")
         .help("save it as UTF-8")
         .remedy(Deed::Home, "homes it")
-        .remedy((Setting::Scale, Given::Number(f64::INFINITY)), "")
-        .remedy((Setting::At, Given::Point(200.0, -5.5)), "places it")
+        .remedy((Setting::Scale, SettingValue::Number(f64::INFINITY)), "")
+        .remedy((Setting::At, SettingValue::Point(200.0, -5.5)), "places it")
         .remedy(
-            (Setting::Start, Given::Position([200.0, -0.0, 5.5])),
+            (Setting::Start, SettingValue::Position([200.0, -0.0, 5.5])),
             "begins there",
         )
-        .remedy((Setting::White, Given::Word("draw")), "keeps it")
-        .remedy((Setting::Fit, Given::On), "shrinks it")
+        .remedy((Setting::White, SettingValue::Word("draw")), "keeps it")
+        .remedy((Setting::Fit, SettingValue::On), "shrinks it")
         .with(Remedy::without(Setting::Raw))
         .with_missing(Some(Missing::Feature("drawings")));
     let given = PrepareError::new(

@@ -1,7 +1,7 @@
 //! Drawings on a page of paper.
 
 use magician_host::preflight::{Guards, Preflight};
-use magician_host::{Act, Given, JointAngles, Setting};
+use magician_host::{Act, JointAngles, Setting, SettingValue};
 use magician_motion::ToolBias;
 use magician_program::artwork::Sheet;
 use magician_program::toolpath::DrawnLine;
@@ -266,7 +266,7 @@ fn overhang_is_noted_with_its_length_and_drawn() {
     let at = json!([240, 0]);
     let (message, remedies) = note_texts(json!({"page": "50x40", "at": at})).unwrap();
     assert_eq!(message, "it reaches 5 mm beyond the edge of the page");
-    assert_eq!(remedies[0].act, Act::Give(Setting::Fit, Given::On));
+    assert_eq!(remedies[0].act, Act::Give(Setting::Fit, SettingValue::On));
     let (message, _) = note_texts(json!({"page": "70x100", "at": at})).unwrap();
     assert_eq!(
         message,

@@ -1,7 +1,7 @@
 //! Placement of drawings, and the motion that draws them.
 
 use magician::preflight::Preflight;
-use magician::{Act, Given, JointAngles, Setting, ToolBias};
+use magician::{Act, JointAngles, Setting, SettingValue, ToolBias};
 use magician_motion::{
     ArmModel, ArmState, Ceilings, Geometry, Move, MoveKind, Planner, Pose, Target,
 };
@@ -144,8 +144,8 @@ fn oversize_drawing_is_refused_with_both_sizes() {
     let [fit, smaller] = &diagnostic.remedies[..] else {
         panic!("{diagnostic:?}")
     };
-    assert_eq!(fit.act, Act::Give(Setting::Fit, Given::On));
-    let Act::Give(Setting::Scale, Given::Number(scale)) = smaller.act else {
+    assert_eq!(fit.act, Act::Give(Setting::Fit, SettingValue::On));
+    let Act::Give(Setting::Scale, SettingValue::Number(scale)) = smaller.act else {
         panic!("{smaller:?}")
     };
     let layout = Layout {

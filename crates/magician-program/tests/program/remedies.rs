@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use magician::{Act, Given, Setting};
+use magician::{Act, Setting, SettingValue};
 use magician_program::artwork::Sheet;
 use magician_program::formats::playback::Playback;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
@@ -189,7 +189,7 @@ fn misplaced_drawing_gets_a_position_and_a_size() {
     let corners = [[0.0, 0.0], [400.0, 0.0], [400.0, 400.0], [0.0, 400.0]];
     let reach = Reach::new(Tool::Pen.bias(), PAPER, 20.0);
     let refused = reach.best_place(&corners, Fit::TrueSize).unwrap_err();
-    let Act::Give(Setting::Fit, Given::On) = refused.remedies[0].act else {
+    let Act::Give(Setting::Fit, SettingValue::On) = refused.remedies[0].act else {
         panic!("{refused:?}")
     };
     assert_has(
@@ -368,7 +368,7 @@ fn front_end_voice_joins_advice_and_options() {
         fn action(&self, action: magician::Action) -> String {
             action.name().to_uppercase()
         }
-        fn give(&self, setting: Setting, given: &Given) -> String {
+        fn give(&self, setting: Setting, given: &SettingValue) -> String {
             format!("{}={given}", self.setting(setting))
         }
         fn setting(&self, setting: Setting) -> String {
@@ -380,7 +380,7 @@ fn front_end_voice_joins_advice_and_options() {
     let diagnostic = diagnostic
         .help("look it up")
         .remedy(magician::Action::Home, "homes it")
-        .remedy((Setting::Fit, Given::On), "shrinks it");
+        .remedy((Setting::Fit, SettingValue::On), "shrinks it");
     let advice = "look it up; HOME homes it; FIT=on shrinks it";
     assert_eq!(diagnostic.advice(&UppercaseVoice).as_deref(), Some(advice));
 }

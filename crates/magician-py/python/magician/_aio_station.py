@@ -11,8 +11,8 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Any
 
-from . import _told
-from ._arguments import flag, hearing, number, seconds, text, whole
+from . import _conversion
+from ._arguments import check_progress, flag, number, seconds, text, whole
 from ._bound import Bound
 from ._magician import Notices as NativeNotices
 from ._magician import Station as NativeStation
@@ -27,12 +27,12 @@ from ._stations import (
     StationEvent,
     ToolState,
     connecting,
-    ended,
     event,
-    made,
-    read,
+    from_json,
+    require_done,
     source,
-    written,
+    to_json,
+    value_of,
 )
 from .errors import Error, PortError
 from .programs import Plan
@@ -105,7 +105,7 @@ class Station(Bound):
     # [aio]
     def __init__(self, core: NativeStation) -> None:
         self._core = opened(core)
-        self._hello: dict[str, Any] = read(core.hello())
+        self._hello: dict[str, Any] = from_json(core.hello())
 
     @classmethod
     def connect(
@@ -194,16 +194,16 @@ class Station(Bound):
         ``station.call("arm.move", to=[220, 0, 50, 0])``. Parameters that are ``None`` are omitted; ``from_`` is sent as
         ``from``.
         """
-        return read(await until(self._core.call(text("method", method), written(params))))
+        return from_json(await until(self._core.call(text("method", method), to_json(params))))
 
     async def arms(self) -> list[ArmEntry]:
         """Returns the arms of the station."""
         found = await self.call("arm.list")
-        return [made(ArmEntry, each) for each in found["arms"]]
+        return [value_of(ArmEntry, each) for each in found["arms"]]
 
     async def state(self, arm: str | None = None) -> ArmState:
         """Returns the state of an arm, or of the only arm."""
-        return made(ArmState, await self.call("arm.state", arm=arm))
+        return value_of(ArmState, await self.call("arm.state", arm=arm))
 
     async def stop(self, arm: str | None = None) -> dict[str, Mapping[str, float]]:
         """Stops an arm, or all arms, also those of other sessions, and returns the resting pose of each."""
@@ -297,9 +297,9 @@ class Station(Bound):
             method, params["message"] = "lease.ask", text("ask", ask)
         else:
             method, params["wait_s"] = "lease.acquire", seconds("wait", patience, most=3600)
-        answer = read(await until(self._core.lease(method, written(params))))
+        answer = from_json(await until(self._core.lease(method, to_json(params))))
         if answer.get("granted") is False:
-            raise _told.failure("the holder keeps the lease", {"kind": "lease"})
+            raise _conversion.failure("the holder keeps the lease", {"kind": "lease"})
         return Lease(self._core, arm, answer["lease"])
 
     async def answer(self, session: str, grant: bool, *, arm: str | None = None) -> None:
@@ -313,7 +313,7 @@ class Station(Bound):
     async def _notices(self, heard: NativeNotices) -> AsyncIterator[Notice]:
         while (news := await until(heard.next())) is not None:
             method, told = news
-            yield Notice(method, read(told))
+            yield Notice(method, from_json(told))
 
     async def watch(self, arm: str | None = None, *, rate: int = 20) -> AsyncIterator[ArmState]:
         """Watches the state of an arm; yields the latest state each time.
@@ -335,10 +335,10 @@ class Station(Bound):
                     state.clear()
                     with suppress(PortError):
                         subscription = (await self.call("arm.subscribe", arm=arm, rate=rate))["subscription"]
-                elif method == "arm.state" and (params := read(told))["subscription"] == subscription:
+                elif method == "arm.state" and (params := from_json(told))["subscription"] == subscription:
                     state.update(params["state"])
                     if "arm" in state:
-                        yield made(ArmState, state)
+                        yield value_of(ArmState, state)
         finally:
             with suppress(Error):
                 await self.call("arm.unsubscribe", subscription=subscription)
@@ -369,7 +369,7 @@ class Station(Bound):
                     break
                 method, told = news
                 waiting = []
-                if method == "arm.event" and (params := read(told))["arm"] == arm:
+                if method == "arm.event" and (params := from_json(told))["arm"] == arm:
                     waiting = [params]
                 elif method == "connection" and told == '"up"':
                     with suppress(PortError):
@@ -458,7 +458,7 @@ class Jobs(Bound):
     async def list(self, arm: str | None = None) -> list[JobState]:
         """Returns the last 50 jobs of an arm, newest last."""
         found = await self._station.call("job.list", arm=arm)
-        return [made(JobState, each) for each in found["jobs"]]
+        return [value_of(JobState, each) for each in found["jobs"]]
 
     def get(self, job: str) -> StationJob:
         """Returns the job with this id."""
@@ -477,7 +477,7 @@ class StationJob(Bound):
         return f"<StationJob {self.job}>"
 
     async def _call(self, method: str, **params: Any) -> JobState:
-        return made(JobState, await self._station.call(method, job=self.job, **params))
+        return value_of(JobState, await self._station.call(method, job=self.job, **params))
 
     async def state(self) -> JobState:
         """Returns the progress of the job."""
@@ -518,8 +518,8 @@ class StationJob(Bound):
                 raise PortError("the session at the station has ended")
             method, told = news
             new: JobState | None = None
-            if method == "job.changed" and (job := read(told)["job"])["job"] == self.job:
-                new = made(JobState, job)
+            if method == "job.changed" and (job := from_json(told)["job"])["job"] == self.job:
+                new = value_of(JobState, job)
             elif method in ("connection", "missed") and told != '"lost"':
                 with suppress(PortError):
                     new = await self.state()
@@ -536,9 +536,9 @@ class StationJob(Bound):
         :class:`~magician.errors.PortError` if it was interrupted or the session has ended. Interrupting the wait does
         not affect the job.
         """
-        hearing(progress)
+        check_progress(progress)
         last: JobState | None = None
         async for last in self.changes():
             if progress is not None:
                 progress(last)
-        return ended(last)
+        return require_done(last)

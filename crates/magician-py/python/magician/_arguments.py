@@ -16,11 +16,11 @@ __all__ = [
     "DAY",
     "addresses",
     "as_json",
-    "checked",
-    "ending",
+    "check_progress",
+    "ending_options",
+    "finite_numbers",
     "flag",
     "flags",
-    "hearing",
     "instance",
     "not_a_file",
     "number",
@@ -46,7 +46,7 @@ def whole(name: str, value: SupportsIndex, least: int, most: int) -> int:
     try:
         found = operator.index(value)
     except TypeError:
-        raise TypeError(f"{name} is {_shown(value)}; it takes a whole number") from None
+        raise TypeError(f"{name} is {_described(value)}; it takes a whole number") from None
     if not least <= found <= most:
         text = f"{name} is {found}; it takes a whole number from {least} to {most}"
         raise InvalidInputError(text, value=found, limit=least if found < least else most)
@@ -92,12 +92,12 @@ def number(
     low = least if above is None else above
     if math.isfinite(found) and found <= most and (found >= low if above is None else found > low):
         return found
-    text = f"{name} is {_figure(found)}{_behind(unit)}; it takes {_range(above, least, most)}"
+    text = f"{name} is {_number_text(found)}{_unit_suffix(unit)}; it takes {_range(above, least, most)}"
     limit = low if found <= low else most
     raise InvalidInputError(text, value=found, limit=limit if math.isfinite(limit) else None, unit=unit)
 
 
-def checked(**values: float) -> list[float]:
+def finite_numbers(**values: float) -> list[float]:
     """Checks finite numbers, each under its own name."""
     return [number(name, value) for name, value in values.items()]
 
@@ -114,7 +114,7 @@ def numbers(name: str, values: Iterable[float], count: int, *, unit: str | None 
     except TypeError:
         found = None
     if found is None:
-        raise TypeError(f"{name} is {_shown(values)}; it takes {count} numbers")
+        raise TypeError(f"{name} is {_described(values)}; it takes {count} numbers")
     if len(found) != count:
         raise InvalidInputError(f"{name} has {len(found)} numbers; it takes {count}", value=len(found), limit=count)
     return tuple(number(f"{name}[{nth}]", each, unit=unit) for nth, each in enumerate(found))
@@ -126,7 +126,7 @@ def flag(name: str, value: Any) -> bool:
         with contextlib.suppress(ValueError):
             if value == 0 or value == 1:
                 return bool(value)
-    raise TypeError(f"{name} is {_shown(value)}; it takes True or False")
+    raise TypeError(f"{name} is {_described(value)}; it takes True or False")
 
 
 def flags(**values: bool) -> dict[str, bool]:
@@ -134,7 +134,7 @@ def flags(**values: bool) -> dict[str, bool]:
     return {name: flag(name, value) for name, value in values.items()}
 
 
-def ending(stay: bool, park: Iterable[float] | None, lift: float | None) -> dict[str, Any]:
+def ending_options(stay: bool, park: Iterable[float] | None, lift: float | None) -> dict[str, Any]:
     """Checks the options for pen and arm at the end of a run."""
     asked = flags(stay=stay)
     if asked["stay"] and park is not None:
@@ -150,7 +150,7 @@ def text(name: str, value: Any) -> Any:
     """Checks a string; ``None`` stands for an omitted argument."""
     if value is None or isinstance(value, str):
         return value
-    raise TypeError(f"{name} is {_shown(value)}; it takes a text")
+    raise TypeError(f"{name} is {_described(value)}; it takes a text")
 
 
 def as_json(name: str, value: Any) -> Any:
@@ -173,13 +173,13 @@ def as_json(name: str, value: Any) -> Any:
     if isinstance(found, Iterable) and not isinstance(found, (bytes, bytearray)):
         items: Iterable[Any] = found  # pyright: ignore[reportUnknownVariableType]
         return [as_json(name, each) for each in items]
-    raise TypeError(f"{name} is {_shown(value)}; it takes no such value")
+    raise TypeError(f"{name} is {_described(value)}; it takes no such value")
 
 
-def hearing(value: Any) -> None:
+def check_progress(value: Any) -> None:
     """Checks a progress argument."""
     if value is not None and not isinstance(value, bool) and not callable(value):
-        raise TypeError(f"progress is {_shown(value)}; it takes a function")
+        raise TypeError(f"progress is {_described(value)}; it takes a function")
 
 
 def addresses(name: str, values: Iterable[int]) -> list[int]:
@@ -194,36 +194,38 @@ def _real(name: str, value: Any) -> float:
             raise TypeError
         return float(value)
     except TypeError:
-        raise TypeError(f"{name} is {_shown(value)}; it takes a number") from None
+        raise TypeError(f"{name} is {_described(value)}; it takes a number") from None
     except OverflowError:
         return math.inf if value > 0 else -math.inf
 
 
-def _shown(value: object) -> str:
+def _described(value: object) -> str:
     """Describes a value and its type, abbreviated."""
     shown = repr(value)
     shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
     return shown if value is None or isinstance(value, bool) else f"{shown} ({type(value).__name__})"
 
 
-def _figure(value: float) -> str:
+def _number_text(value: float) -> str:
     return f"{value:.12g}"
 
 
-def _behind(unit: str | None) -> str:
+def _unit_suffix(unit: str | None) -> str:
     return f" {unit}" if unit else ""
 
 
 def _range(above: float | None, least: float, most: float) -> str:
     if above is not None:
-        return f"a number above {_figure(above)}" + (f", at most {_figure(most)}" if math.isfinite(most) else "")
+        return f"a number above {_number_text(above)}" + (
+            f", at most {_number_text(most)}" if math.isfinite(most) else ""
+        )
     match math.isfinite(least), math.isfinite(most):
         case True, True:
-            return f"a number from {_figure(least)} to {_figure(most)}"
+            return f"a number from {_number_text(least)} to {_number_text(most)}"
         case True, False:
-            return f"a number, {_figure(least)} or more"
+            return f"a number, {_number_text(least)} or more"
         case False, True:
-            return f"a number, {_figure(most)} or less"
+            return f"a number, {_number_text(most)} or less"
         case _:
             return "a finite number"
 
@@ -231,7 +233,7 @@ def _range(above: float | None, least: float, most: float) -> str:
 def instance(name: str, value: object, kind: type[_T], hint: str) -> _T:
     """Checks that a value is an instance of this class."""
     if not isinstance(value, kind):
-        raise TypeError(f"{name} is {_shown(value)} ({type(value).__name__}); it takes a {kind.__name__}: {hint}")
+        raise TypeError(f"{name} is {_described(value)} ({type(value).__name__}); it takes a {kind.__name__}: {hint}")
     return value
 
 
@@ -241,7 +243,7 @@ def not_a_file(commands: Iterable[_T]) -> Iterable[_T]:
         raise TypeError(f"a program is commands in a list: [{type(commands).__name__}(...)]")
     if not hasattr(commands, "__iter__"):
         run = "arm.run(plan) runs a Plan" if type(commands).__name__ == "Plan" else "magician.words makes them"
-        raise TypeError(f"a program is commands in a list, not {_shown(commands)}: {run}")
+        raise TypeError(f"a program is commands in a list, not {_described(commands)}: {run}")
     if isinstance(commands, (str, os.PathLike)):
         raise TypeError(f"a program is a Plan, or commands: magician.load({os.fspath(commands)!r}) makes one of a file")
     return commands

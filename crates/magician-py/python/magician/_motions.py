@@ -12,14 +12,14 @@ from typing import Any
 
 from . import words
 from ._magician import Call, Core
-from ._targets import keeps_r, kept
+from ._targets import fill_r, keeps_r
 from .commands import ArcCommonParams, DeviceTime, Pose, PtpCommonParams, Queueable
 from .errors import ClosedError, Error, ResponseTimeoutError
 from .readings import Ran
 
-__all__ = ["Ended", "Going", "Steps", "catching", "doubt", "homing", "performing"]
+__all__ = ["FinishedMotion", "RunningMotion", "Steps", "add_doubt_note", "homing", "intercepting", "performing"]
 
-_READY = 0.3
+_START_TIME = 0.3
 """Time to start a motion, s; a meeting on a belt is at least this far in the future."""
 
 Steps = Generator[tuple[Call[Any], bool], Any, Any]
@@ -57,7 +57,7 @@ def performing(
     if any(map(keeps_r, program)):
         if pose is None:
             pose = yield core.known_pose(Pose), False
-        program = kept(program, None if pose is None else pose.r)
+        program = fill_r(program, None if pose is None else pose.r)
     how = list(skip), require_homed, keep, allow_laser
     if speed is None:
         return Ran(*(yield core.perform(program, *how), True))
@@ -82,7 +82,7 @@ def performing(
         raise
 
 
-def catching(
+def intercepting(
     core: Core,
     at: tuple[float, float, float],
     r: float | None,
@@ -102,7 +102,7 @@ def catching(
     turn = pose.r if r is None else r
     before: PtpCommonParams | None = None if speed is None else (yield core.get(PtpCommonParams), False)
     first, _ = made(at, turn)
-    arrives, place, down = yield core.meet((*at, turn), velocity, since, first[:-1], approach, _READY), False
+    arrives, place, down = yield core.meet((*at, turn), velocity, since, first[:-1], approach, _START_TIME), False
     first, then = made(place, turn)
     if before is not None:
         then.append(before)
@@ -132,7 +132,7 @@ def catching(
             try:
                 yield core.stop(), False
             except Error as failure:
-                doubt(error, failure)
+                add_doubt_note(error, failure)
         if before is not None:
             # Restore the setting here: the queued command that would restore it may have been dropped.
             with contextlib.suppress(Error):
@@ -140,7 +140,7 @@ def catching(
         raise
 
 
-def doubt(interruption: BaseException, failure: Error) -> None:
+def add_doubt_note(interruption: BaseException, failure: Error) -> None:
     """Adds a note to the exception that ended a wait: the stop failed."""
     said = f"the arm was told to stop, but has not confirmed it: {failure}"
     add_note: Callable[[str], None] | None = getattr(interruption, "add_note", None)
@@ -150,7 +150,7 @@ def doubt(interruption: BaseException, failure: Error) -> None:
         interruption.args = (*interruption.args, said)
 
 
-class Ended:
+class FinishedMotion:
     """A successfully finished motion."""
 
     over = True
@@ -167,10 +167,10 @@ class Ended:
         """Does nothing: the motion is over."""
 
 
-class Going:
+class RunningMotion:
     """A running motion, or one that waits for its predecessor."""
 
-    def __init__(self, core: Core, steps: Steps, after: Going | None) -> None:
+    def __init__(self, core: Core, steps: Steps, after: RunningMotion | None) -> None:
         import threading
 
         self._lock = threading.RLock()
@@ -182,11 +182,11 @@ class Going:
         self._dropped = False
         self._cancelled = False
         # True while the arm brakes after a cancel. The motion is over once the arm stands.
-        self._brakes = False
+        self._is_braking = False
         self._after = after
         # True if the motion before was already cancelled: then this one waits for the arm to stand, and is not dropped.
         self._follows_failure = after is not None and after.is_given_up()
-        self._tell: list[Callable[[], object]] = []
+        self._callbacks: list[Callable[[], object]] = []
         self.over = False
         self.told = False
         self.value: Any = None
@@ -200,7 +200,7 @@ class Going:
         """Calls this when it is over, from any thread."""
         with self._lock:
             if not self.over:
-                self._tell.append(tell)
+                self._callbacks.append(tell)
                 return
         tell()
 
@@ -217,7 +217,7 @@ class Going:
             self._cancelled = self.told = True
             call, self._call = self._call, None
             between, self._begun = self._begun and call is None, True
-            self._brakes = rests and call is not None and self._moves
+            self._is_braking = rests and call is not None and self._moves
         if call is not None:
             call.cancel()
         # Between two calls another thread takes the next step and finds the cancel.
@@ -226,7 +226,7 @@ class Going:
 
     def is_given_up(self) -> bool:
         """True if it was cancelled, or a motion that it waits for was."""
-        going: Going | None = self
+        going: RunningMotion | None = self
         while going is not None:
             with going._lock:
                 if going._cancelled:
@@ -237,7 +237,7 @@ class Going:
 
     def drop(self) -> None:
         """Stops sending this motion and its predecessors, because the arm is about to be stopped."""
-        going: Going | None = self
+        going: RunningMotion | None = self
         while going is not None:
             with going._lock:
                 going._dropped = True
@@ -271,9 +271,9 @@ class Going:
         except BaseException as error:
             self._end(None, error)
         else:
-            call.listen(self._look)
+            call.listen(self._on_call_end)
 
-    def _look(self) -> None:
+    def _on_call_end(self) -> None:
         with self._lock:
             call = self._call
             if call is None or not call.over():
@@ -288,13 +288,13 @@ class Going:
 
     def _end(self, value: Any, failure: BaseException | None) -> None:
         with self._lock:
-            brakes, self._brakes = self._brakes, False
+            brakes, self._is_braking = self._is_braking, False
         if brakes and failure is not None:
             self._rest(failure)
             return
         with self._lock:
             self.value, self.failure, self.over = value, failure, True
-            tell, self._tell = self._tell, []
+            tell, self._callbacks = self._callbacks, []
         for each in tell:
             each()
 
@@ -303,7 +303,7 @@ class Going:
         try:
             resting = self._core.wait_still()
         except Error as error:
-            doubt(failure, error)
+            add_doubt_note(failure, error)
             self._end(None, failure)
             return
 
@@ -314,7 +314,7 @@ class Going:
                 try:
                     resting.result()
                 except Error as error:
-                    doubt(failure, error)
+                    add_doubt_note(failure, error)
             self._end(None, failure)
 
         resting.listen(look)

@@ -13,12 +13,12 @@ from typing import Any, Protocol, TypeVar, cast, overload
 from . import _magician
 from ._arguments import flags, not_a_file, seconds, whole
 from ._magician import Call, Core, Job
-from ._motions import Ended, Going, Steps, doubt
+from ._motions import FinishedMotion, RunningMotion, Steps, add_doubt_note
 from .errors import Error, ResponseTimeoutError
 
-_LOOK = 0.1
+_POLL_INTERVAL = 0.1
 """Interval at which a thread that waits for a motion checks for an interrupt, s."""
-_MOMENT = 0.02
+_SHORT_WAIT = 0.02
 """Polling interval for objects without notification, s."""
 
 __version__ = _magician.__version__
@@ -27,24 +27,24 @@ T = TypeVar("T")
 Listener = Callable[[Any], object]
 
 
-class Over(Exception):
+class GeneratorEnd(Exception):
     """A generator has ended."""
 
 
 @overload
-def going_through(program: AsyncIterable[T]) -> AsyncIterator[T]: ...
+def iterator_of(program: AsyncIterable[T]) -> AsyncIterator[T]: ...
 @overload
-def going_through(program: Iterable[T]) -> Iterator[T]: ...
+def iterator_of(program: Iterable[T]) -> Iterator[T]: ...
 @overload
-def going_through(program: Iterable[T] | AsyncIterable[T]) -> Iterator[T] | AsyncIterator[T]: ...
-def going_through(program: Iterable[T] | AsyncIterable[T]) -> Iterator[T] | AsyncIterator[T]:
+def iterator_of(program: Iterable[T] | AsyncIterable[T]) -> Iterator[T] | AsyncIterator[T]: ...
+def iterator_of(program: Iterable[T] | AsyncIterable[T]) -> Iterator[T] | AsyncIterator[T]:
     """Iterator over a program, synchronous or asynchronous."""
     if isinstance(program, AsyncIterable):
         return aiter(program)
     return iter(not_a_file(program))
 
 
-def begun(call: Call[Any]) -> None:
+def start_call(call: Call[Any]) -> None:
     """Starts a call that is awaited later."""
     call.listen(lambda: None)
 
@@ -174,16 +174,19 @@ def wait_steps(steps: Steps, core: Core) -> Any:
 
 
 def wait_next(coming: Iterator[T], running: Call[Any]) -> T:
-    """Returns the next item of a generator. Raises :exc:`Over` at its end, and at the end of the run that it feeds."""
+    """Returns the next item of a generator.
+
+    Raises :exc:`GeneratorEnd` at its end, and at the end of the run that it feeds.
+    """
     if running.over():
-        raise Over
+        raise GeneratorEnd
     try:
         return next(coming)
     except StopIteration:
-        raise Over from None
+        raise GeneratorEnd from None
 
 
-def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:
+def wait_ended(going: RunningMotion | FinishedMotion, core: Core, timeout: float | None = None) -> Any:
     """Waits in this thread for a background motion. An interrupt stops the arm."""
     if not going.over:
         import threading
@@ -193,7 +196,9 @@ def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -
         until = None if timeout is None else time.monotonic() + timeout
         try:
             # Wait in slices: on some systems an endless wait ignores interrupts.
-            while not ended.wait(_LOOK if until is None else max(0.0, min(_LOOK, until - time.monotonic()))):
+            while not ended.wait(
+                _POLL_INTERVAL if until is None else max(0.0, min(_POLL_INTERVAL, until - time.monotonic()))
+            ):
                 if until is not None and time.monotonic() >= until:
                     break
         except BaseException as interruption:
@@ -203,7 +208,7 @@ def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -
     return _ended(going, timeout)
 
 
-def wait_settled(going: Going, core: Core) -> None:
+def wait_settled(going: RunningMotion, core: Core) -> None:
     """Waits in this thread until a background motion is over. Raises its error if the caller has not seen it."""
     told = going.told
     try:
@@ -215,7 +220,7 @@ def wait_settled(going: Going, core: Core) -> None:
 
 def wait_moment() -> None:
     """Waits briefly."""
-    time.sleep(_MOMENT)
+    time.sleep(_SHORT_WAIT)
 
 
 def wait_stopped(core: Core, interruption: BaseException) -> None:
@@ -223,7 +228,7 @@ def wait_stopped(core: Core, interruption: BaseException) -> None:
     try:
         core.stop().wait()
     except Error as failure:
-        doubt(interruption, failure)
+        add_doubt_note(interruption, failure)
 
 
 async def until(call: Call[T], listener: Listener | None = None) -> T:
@@ -309,10 +314,10 @@ async def until_next(coming: Iterator[T] | AsyncIterator[T], running: Call[Any])
     try:
         return await following
     except StopAsyncIteration:
-        raise Over from None
+        raise GeneratorEnd from None
     except asyncio.CancelledError:
         if following.cancelled() and running.over():
-            raise Over from None
+            raise GeneratorEnd from None
         following.cancel()
         raise
 
@@ -321,7 +326,7 @@ async def _next_of(coming: AsyncIterator[T]) -> T:
     return await anext(coming)
 
 
-async def until_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:
+async def until_ended(going: RunningMotion | FinishedMotion, core: Core, timeout: float | None = None) -> Any:
     """Waits in the running event loop for a background motion. Cancelling the wait stops the arm."""
     if not going.over:
         import asyncio
@@ -351,7 +356,7 @@ async def until_ended(going: Going | Ended, core: Core, timeout: float | None = 
     return _ended(going, timeout)
 
 
-async def until_settled(going: Going, core: Core) -> None:
+async def until_settled(going: RunningMotion, core: Core) -> None:
     """Waits in the running event loop until a background motion is over, as :func:`wait_settled`."""
     told = going.told
     try:
@@ -365,7 +370,7 @@ async def until_moment() -> None:
     """Waits briefly."""
     import asyncio
 
-    await asyncio.sleep(_MOMENT)
+    await asyncio.sleep(_SHORT_WAIT)
 
 
 async def until_stopped(core: Core, interruption: BaseException) -> None:
@@ -374,7 +379,7 @@ async def until_stopped(core: Core, interruption: BaseException) -> None:
     try:
         await _until(core.stop(), None)
     except Error as failure:
-        doubt(interruption, failure)
+        add_doubt_note(interruption, failure)
 
 
 async def _until(call: Call[T], listener: Listener | None) -> T:
@@ -417,10 +422,10 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
     return call.result()
 
 
-def _ended(going: Going | Ended, timeout: float | None) -> Any:
+def _ended(going: RunningMotion | FinishedMotion, timeout: float | None) -> Any:
     if not going.over:
         raise ResponseTimeoutError(f"the motion is still under way after {timeout:g} s; it goes on")
-    if isinstance(going, Going):
+    if isinstance(going, RunningMotion):
         going.told = True
     if going.failure is not None:
         raise going.failure

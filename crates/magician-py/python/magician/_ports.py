@@ -69,15 +69,15 @@ def discover(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
     Returns an empty list if no arm answers. Raises :class:`~magician.errors.InvalidInputError` for an invalid host,
     :class:`~magician.errors.PortError` when a host's name is not known or this computer has no network.
     """
-    return [Found(*parts) for parts in wait(_asking(hosts, within))]
+    return [Found(*parts) for parts in wait(_discovery_call(hosts, within))]
 
 
 async def discover_async(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
     """As :func:`magician.discover`, for programs on asyncio."""
-    return [Found(*parts) for parts in await until(_asking(hosts, within))]
+    return [Found(*parts) for parts in await until(_discovery_call(hosts, within))]
 
 
-def _asking(hosts: Iterable[str], within: float) -> Call[Any]:
+def _discovery_call(hosts: Iterable[str], within: float) -> Call[Any]:
     if isinstance(hosts, str):
         raise TypeError(f"hosts is {hosts!r}; it takes names in a list: [{hosts!r}]")
     return _magician.discover(list(hosts), seconds("within", within, most=60))

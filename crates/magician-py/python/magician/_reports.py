@@ -83,7 +83,7 @@ class Complaint(Value):
 
     def __eq__(self, other: object) -> bool:
         # Compare texts: exceptions compare by identity.
-        return _told(self) == _told(other) if isinstance(other, Complaint) else NotImplemented
+        return _comparison_key(self) == _comparison_key(other) if isinstance(other, Complaint) else NotImplemented
 
     def __hash__(self) -> int:
         return hash((self.step, self.line, self.column, self.row, self.name))
@@ -189,7 +189,7 @@ def report(found: dict[str, Any]) -> Report:
     )
 
 
-def _told(complaint: Complaint) -> tuple[object, ...]:
+def _comparison_key(complaint: Complaint) -> tuple[object, ...]:
     place = complaint.step, complaint.line, complaint.column, complaint.row, complaint.name
     error = complaint.error
     return *place, error.kind, str(error), error.value, error.limit, error.unit

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from . import _told
+from . import _conversion
 from ._arguments import text
 from ._magician import Call, Core, Station
 from ._values import Value
@@ -17,7 +17,7 @@ __all__ = ["ArmEntry", "ArmState", "Holder", "JobState", "Notice", "StationEvent
 
 _V = TypeVar("_V", bound=Value)
 
-_OVER = ("done", "stopped", "failed", "interrupted")
+_ENDED_STATES = ("done", "stopped", "failed", "interrupted")
 _SUFFIXES = {".gcode": "gcode", ".nc": "gcode", ".ngc": "gcode", ".csv": "points", ".txt": "points"}
 
 
@@ -156,7 +156,7 @@ class JobState(Value):
     @property
     def over(self) -> bool:
         """True if the job has ended for any reason."""
-        return self.state in _OVER
+        return self.state in _ENDED_STATES
 
     @property
     def share(self) -> float:
@@ -200,11 +200,11 @@ def _value(name: str, value: Any) -> Any:
     if name == "tool":
         bias = value.get("bias")
         parts = {**value, "bias": None if bias is None else tuple(bias)}
-        return made(ToolState, parts)
+        return value_of(ToolState, parts)
     return tuple(value) if name in ("alarms", "pins") else value
 
 
-def made(cls: type[_V], data: Mapping[str, Any]) -> _V:
+def value_of(cls: type[_V], data: Mapping[str, Any]) -> _V:
     """Converts a message of the station to a value; unknown fields are dropped."""
     names: tuple[str, ...] = cls._fields  # pyright: ignore[reportPrivateUsage]
     return cls(**{name: _value(name, data.get(name)) for name in names})
@@ -216,7 +216,7 @@ def event(data: Mapping[str, Any]) -> StationEvent:
     return StationEvent(data["arm"], data["seq"], data["t"], data["event"], more)
 
 
-def written(params: Mapping[str, Any]) -> str:
+def to_json(params: Mapping[str, Any]) -> str:
     import json
 
     given = {name.rstrip("_"): value for name, value in params.items() if value is not None}
@@ -226,7 +226,7 @@ def written(params: Mapping[str, Any]) -> str:
         raise TypeError(f"a station takes text, numbers, lists and dictionaries: {error}") from None
 
 
-def read(answer: str) -> Any:
+def from_json(answer: str) -> Any:
     import json
 
     return json.loads(answer)
@@ -252,12 +252,12 @@ def source(
     return {"data": b64encode(path.read_bytes()).decode(), **options}
 
 
-def ended(state: JobState | None) -> JobState:
+def require_done(state: JobState | None) -> JobState:
     """Returns a job that is done; raises an error for any other end."""
     assert state is not None, "it has a state"
     if state.state == "failed":
         error = dict(state.error or {})
-        raise _told.failure(str(error.pop("message", "the job has failed")), error)
+        raise _conversion.failure(str(error.pop("message", "the job has failed")), error)
     if state.state == "stopped":
         raise StoppedError("the job was stopped", data={"job": state.job})
     if state.state == "interrupted":

@@ -23,30 +23,34 @@ from .commands import (
 )
 from .errors import InvalidInputError
 
-__all__ = ["KEPT", "JointTarget", "Target", "joints", "keeps_r", "kept", "listed", "spot"]
+__all__ = ["CURRENT_R", "JointTarget", "Target", "command_list", "fill_r", "joints", "keeps_r", "position_of"]
 
 Target = Pose | Position | Sequence[float]
 """Cartesian target: a pose, or a sequence x, y, z and optionally r."""
 JointTarget = Pose | Joints | Sequence[float]
 """Joint target: the joints of a pose, or a sequence J1 to J3 and optionally J4."""
 
-KEPT = cast(float, None)
-"""Placeholder r of a move that keeps the rotation; :func:`kept` replaces it once known."""
+CURRENT_R = cast(float, None)
+"""Placeholder r of a move that keeps the rotation; :func:`fill_r` replaces it once known."""
 
-_POINTS = (PtpCmd, PtpPoCmd, PtpWithLCmd, PtpPoWithLCmd)
+_POINT_MOVES = (PtpCmd, PtpPoCmd, PtpWithLCmd, PtpPoWithLCmd)
 _INCREMENTS = (PtpMode.MOVL_XYZ_INC, PtpMode.MOVJ_XYZ_INC)
 # Commands that leave r open: J4 keeps its angle along a path or jog, and homing ends at its stored pose.
-_DRIFTING = (CpCmd, CpLeCmd, HomeCmd, JogCmd)
+_R_UNKNOWN_AFTER = (CpCmd, CpLeCmd, HomeCmd, JogCmd)
 _ANGLES = (PtpMode.JUMP_ANGLE, PtpMode.MOVJ_ANGLE, PtpMode.MOVL_ANGLE)
 
 
-def spot(x: Any, y: float | None, z: float | None, r: float | None) -> tuple[float, float, float, float | None]:
+def position_of(x: Any, y: float | None, z: float | None, r: float | None) -> tuple[float, float, float, float | None]:
     """Returns x, y, z, and r if given, from four numbers or one target."""
     if isinstance(x, Pose) and y is None and z is None:
         given: Sequence[float] = x.position
-    elif y is not None or z is not None or _is_one(x):
+    elif y is not None or z is not None or _is_number(x):
         # Separate conversions, so that an error names the argument that is missing or not a number.
-        given = (number("x", _there("x", cast(Any, x))), number("y", _there("y", y)), number("z", _there("z", z)))
+        given = (
+            number("x", _required("x", cast(Any, x))),
+            number("y", _required("y", y)),
+            number("z", _required("z", z)),
+        )
         return given[0], given[1], given[2], number("r", r, unit="deg")
     else:
         values = tuple(x)
@@ -59,9 +63,9 @@ def joints(j1: Any, j2: float | None, j3: float | None, j4: float | None) -> tup
     """Returns J1 to J3, and J4 if given, from four numbers or one target."""
     if isinstance(j1, Pose) and j2 is None and j3 is None:
         given: Sequence[float] = j1.joint_angle
-    elif j2 is not None or j3 is not None or _is_one(j1):
-        two, three = _there("j2", j2), _there("j3", j3)
-        return number("j1", _there("j1", cast(Any, j1))), number("j2", two), number("j3", three), number("j4", j4)
+    elif j2 is not None or j3 is not None or _is_number(j1):
+        two, three = _required("j2", j2), _required("j3", j3)
+        return number("j1", _required("j1", cast(Any, j1))), number("j2", two), number("j3", three), number("j4", j4)
     else:
         values = tuple(j1)
         given = numbers("to", values, 4 if len(values) == 4 else 3)
@@ -69,19 +73,19 @@ def joints(j1: Any, j2: float | None, j3: float | None, j4: float | None) -> tup
     return given[0], given[1], given[2], own if j4 is None else number("j4", j4)
 
 
-def _is_one(value: object) -> bool:
+def _is_number(value: object) -> bool:
     """True for a number, false for a sequence of numbers."""
     # `__float__` does not tell: NumPy arrays have it too. An array of zero dimensions is a number.
     return isinstance(value, (str, bytes)) or not hasattr(value, "__len__") or getattr(value, "ndim", 1) == 0
 
 
-def _there(name: str, value: float | None) -> float:
+def _required(name: str, value: float | None) -> float:
     if value is None:
         raise TypeError(f"{name} is left out; a move takes a pose, a row of numbers, or all of them")
     return value
 
 
-def listed(commands: Iterable[Queueable]) -> list[Queueable]:
+def command_list(commands: Iterable[Queueable]) -> list[Queueable]:
     """Collects the commands of a program, up to the first item that is not a command, because a program may be
     endless."""
     made: list[Queueable] = []
@@ -94,19 +98,19 @@ def listed(commands: Iterable[Queueable]) -> list[Queueable]:
 
 def keeps_r(command: object) -> bool:
     """True if a command is a move that keeps an r that is not yet known."""
-    return isinstance(command, _POINTS) and cast(Any, command.r) is None
+    return isinstance(command, _POINT_MOVES) and cast(Any, command.r) is None
 
 
-def kept(commands: Iterable[Queueable], r: float | None) -> list[Queueable]:
+def fill_r(commands: Iterable[Queueable], r: float | None) -> list[Queueable]:
     """Fills in every r of the commands; ``r`` is that of the arm before them, if known.
 
     :raises InvalidInputError: A move keeps an unknown r: after a path, homing, or at the start of a plan.
     """
-    return list(map(KeepingR(r), listed(commands)))
+    return list(map(RFiller(r), command_list(commands)))
 
 
-class KeepingR:
-    """Fills in r of commands one by one, as :func:`kept`."""
+class RFiller:
+    """Fills in r of commands one by one, as :func:`fill_r`."""
 
     def __init__(self, r: float | None) -> None:
         self._r = r
@@ -115,7 +119,7 @@ class KeepingR:
     def __call__(self, command: Queueable) -> Queueable:
         """Returns the next command with its r."""
         step, self._step = self._step, self._step + 1
-        if isinstance(command, _POINTS):
+        if isinstance(command, _POINT_MOVES):
             if keeps_r(command):
                 if self._r is None:
                     raise InvalidInputError(
@@ -127,7 +131,7 @@ class KeepingR:
             self._r = _after(command, self._r)
         elif isinstance(command, ArcCmd):
             self._r = command.to_point[3]
-        elif isinstance(command, _DRIFTING):
+        elif isinstance(command, _R_UNKNOWN_AFTER):
             self._r = None
         return command
 

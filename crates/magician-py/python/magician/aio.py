@@ -12,8 +12,8 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, Generic, Literal, TypeVar, overload
 
-from . import _told, commands, events, words
-from ._arguments import ending, flag, flags, hearing, instance, not_a_file, number, seconds, text, whole
+from . import _conversion, commands, events, words
+from ._arguments import check_progress, ending_options, flag, flags, instance, not_a_file, number, seconds, text, whole
 from ._bound import Bound
 from ._magician import Call, Core, Feed
 from ._magician import Events as NativeEvents
@@ -23,15 +23,15 @@ from ._magician import Lesson as NativeLesson
 from ._magician import Program as NativeProgram
 from ._magician import Recording as NativeRecording
 from ._magician import StateWatch as NativeStateWatch
-from ._motions import Ended, Going, Steps, catching, homing, performing
+from ._motions import FinishedMotion, RunningMotion, Steps, homing, intercepting, performing
 from ._naming import find
 from ._native import (
-    Over,
+    GeneratorEnd,
     Where,
-    begun,
     connecting,
-    going_through,
+    iterator_of,
     opened,
+    start_call,
     until,
     until_done,
     until_ended,
@@ -44,10 +44,10 @@ from ._native import (
 )
 from ._pictures import Picture
 from ._points import Points
+from ._progress import ProgressReporter
 from ._protocol import Command, Query, Queueable, Readable, Writable
 from ._reports import report
-from ._targets import JointTarget, KeepingR, Target, joints, keeps_r, kept, listed, spot
-from ._telling import Telling
+from ._targets import JointTarget, RFiller, Target, command_list, fill_r, joints, keeps_r, position_of
 from .alarms import Alarm
 from .commands import Pose, RailVersion
 from .errors import ClosedError, Error, InvalidInputError, ResponseTimeoutError, UnexpectedError, UnsupportedError
@@ -109,7 +109,7 @@ NaN, speeds of 0 or less and values that the protocol does not have are always r
 
 
 def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], object] | None:
-    hearing(progress)
+    check_progress(progress)
     return None if progress is None else lambda parts: progress(Progress(*parts))
 
 
@@ -297,7 +297,7 @@ class Arm(Bound):
 
     # Motions that were begun without waiting.
 
-    _last: Going | None = None
+    _last: RunningMotion | None = None
 
     async def _settle(self) -> None:
         """Waits until motions that were begun without waiting have ended."""
@@ -314,11 +314,11 @@ class Arm(Bound):
     async def _go(self, steps: Steps, wait: bool) -> Motion[Any]:
         if flag("wait", wait):
             await self._settle()
-            return Motion(self._core, Ended(await until_steps(steps, self._core)))
+            return Motion(self._core, FinishedMotion(await until_steps(steps, self._core)))
         if self._last is not None and self._last.over:
             # Raises the failure of an earlier motion if its own caller has not seen it.
             await self._settle()
-        self._last = going = Going(self._core, steps, self._last)
+        self._last = going = RunningMotion(self._core, steps, self._last)
         return Motion(self._core, going)
 
     async def _move(self, *program: Queueable, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
@@ -333,7 +333,7 @@ class Arm(Bound):
                 x = self.poses[x]
             except KeyError as error:
                 raise InvalidInputError(error.args[0]) from None
-        return spot(x, y, z, r)
+        return position_of(x, y, z, r)
 
     _poses: Poses | None = None
 
@@ -371,7 +371,7 @@ class Arm(Bound):
     @property
     def link(self) -> Link:
         """Current state of the line to the arm. A silent line counts as up; calls over it end by their deadlines."""
-        return _told.link(self._core.link())
+        return _conversion.link(self._core.link())
 
     @property
     def moving(self) -> bool:
@@ -701,7 +701,7 @@ class Arm(Bound):
         """
         asked = flags(require_homed=require_homed, keep=keep, allow_laser=allow_laser)
         names, hear = _names(skip), _hearing(progress)
-        given = listed(program)
+        given = command_list(program)
         if hear is None or not flag("wait", wait):
             if hear is not None:
                 raise InvalidInputError(_PROGRESS_WAITS)
@@ -713,8 +713,8 @@ class Arm(Bound):
 
     async def _kept(self, program: Iterable[Queueable]) -> Sequence[Queueable]:
         """Fills in r of each command from the arm's current pose."""
-        given = listed(program)
-        return kept(given, (await self._known_pose()).r) if any(map(keeps_r, given)) else given
+        given = command_list(program)
+        return fill_r(given, (await self._known_pose()).r) if any(map(keeps_r, given)) else given
 
     async def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
         """Checks commands from the arm's current pose and settings, and returns their duration, s.
@@ -754,7 +754,7 @@ class Arm(Bound):
             "laser_horizon": seconds("laser_horizon", laser_horizon),
             "patience": seconds("patience", patience),
         }
-        return Run(self._core, self._core.begin(kept(program, None), how))
+        return Run(self._core, self._core.begin(fill_r(program, None), how))
 
     # Motion: each of these waits for its end, unless wait=False.
 
@@ -983,7 +983,7 @@ class Arm(Bound):
 
         made((x, y, z), 0 if r is None else r)
         return await self._go(
-            catching(self._core, (x, y, z), r, velocity, instant, made, approach, lead, percent), wait
+            intercepting(self._core, (x, y, z), r, velocity, instant, made, approach, lead, percent), wait
         )
 
     async def place(
@@ -1638,7 +1638,7 @@ class Arm(Bound):
         :raises AlarmError: An alarm holds the queue.
         :raises ClosedError: It was stopped.
         """
-        hearing(progress)
+        check_progress(progress)
         if progress is not False and not flag("wait", wait):
             raise InvalidInputError(_PROGRESS_WAITS)
         if not isinstance(program, Plan):
@@ -1696,7 +1696,7 @@ class Arm(Bound):
             "overlap": number("overlap", overlap, least=0, unit="mm"),
             **flags(resume=resume, check=check, keep=keep, require_homed=require_homed),
             **flags(unhomed=unhomed, allow_laser=allow_laser, restore=restore),
-            **ending(stay, park, lift),
+            **ending_options(stay, park, lift),
         }
         return Job(self._core, self._core.start(plan.native, how), len(plan))
 
@@ -1745,13 +1745,13 @@ class Arm(Bound):
         :raises ClosedError: It was stopped.
         """
         ahead, names = whole("ahead", ahead, 1, 10_000), _names(skip)
-        coming = going_through(program)
+        coming = iterator_of(program)
         await self._settle()
-        keeping = KeepingR((await self._known_pose()).r)
+        keeping = RFiller((await self._known_pose()).r)
         feed, running = self._core.stream(ahead, names, flag("allow_laser", allow_laser))
-        return await self._told(coming, feed, running, keeping)
+        return await self._feed_from(coming, feed, running, keeping)
 
-    async def _told(
+    async def _feed_from(
         self,
         # [aio]
         coming: Iterator[Queueable | None] | AsyncIterator[Queueable | None],
@@ -1760,10 +1760,10 @@ class Arm(Bound):
         # [both]
         feed: Feed,
         running: Call[tuple[int, int | None, int | None]],
-        keeping: KeepingR,
+        keeping: RFiller,
     ) -> Ran:
         """Feeds the commands to a run, and waits for its end."""
-        begun(running)
+        start_call(running)
         try:
             while feed.free() or await until(feed.room()):
                 command = await until_next(coming, running)
@@ -1771,7 +1771,7 @@ class Arm(Bound):
                     await until(feed.rest())
                 else:
                     feed.push(keeping(command))
-        except Over:
+        except GeneratorEnd:
             feed.end()
         # [aio]
         except GeneratorExit:
@@ -1861,7 +1861,7 @@ class Motion(Bound, Generic[_T]):
     Ran(commands=1, first=1, last=1)
     """
 
-    def __init__(self, core: Core, going: Going | Ended) -> None:
+    def __init__(self, core: Core, going: RunningMotion | FinishedMotion) -> None:
         self._core = core
         self._going = going
 
@@ -1956,7 +1956,7 @@ class Job(Bound):
 
     @property
     def state(self) -> str:
-        """``checking``, ``running``, ``pausing``, ``paused``, ``stopping``, ``ending`` or ``ended``."""
+        """``checking``, ``running``, ``pausing``, ``paused``, ``stopping``, ``ending_options`` or ``ended``."""
         return self._job.state()
 
     @property
@@ -2051,8 +2051,8 @@ class Job(Bound):
         :raises ResponseTimeoutError: It was still under way after ``timeout``.
         :raises ClosedError: It was stopped; else as :meth:`Arm.run`.
         """
-        hearing(progress)
-        telling = Telling(self._steps, progress)
+        check_progress(progress)
+        telling = ProgressReporter(self._steps, progress)
         if timeout is not None:
             end = monotonic() + seconds("timeout", timeout)
             try:
@@ -2406,7 +2406,7 @@ class StateWatch(Bound):
         """Latest state, read by this watch or another one; ``None`` before the first complete reading, and after the
         watch was closed."""
         latest = None if self._watch is None else self._watch.latest()
-        return None if latest is None else _told.status(latest)
+        return None if latest is None else _conversion.status(latest)
 
     async def changed(self) -> Status:
         """Waits for the next reading, without timeout. Losing or regaining the line counts as a reading.
@@ -2415,7 +2415,7 @@ class StateWatch(Bound):
         """
         if self._watch is None:
             raise ClosedError("the watch was closed: arm.state() starts another one")
-        return _told.status(await until(self._watch.changed()))
+        return _conversion.status(await until(self._watch.changed()))
 
     def __aiter__(self) -> StateWatch:
         return self
@@ -2457,7 +2457,7 @@ class Events(Bound):
         parts = None if self._events is None else await until(self._events.next())
         if parts is None:
             raise StopAsyncIteration
-        return _told.event(parts)
+        return _conversion.event(parts)
 
 
 class Run(Bound):

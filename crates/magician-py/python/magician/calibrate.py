@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from . import _magician, words
 from ._arguments import number
 from ._scenarios import tool_bias
-from ._targets import Target, spot
+from ._targets import Target, position_of
 from ._values import Value
 from .errors import InvalidInputError
 from .places import Frame, Point
@@ -101,7 +101,7 @@ def sheet(corners: Sequence[Target | Point]) -> TouchedSheet:
         degrees by more than 5, or the surface is tilted by more than 15 degrees. The message names the corner to touch
         again.
     """
-    a, b, c = (_three(each) for each in _counted("corners", corners, 3))
+    a, b, c = (_three(each) for each in _checked_touches("corners", corners, 3))
     corner, rotation, height, slope, size = _magician.touched_sheet((a, b, c))
     return TouchedSheet(Sheet(corner, rotation, size), Surface(height, slope), (a, b, c))
 
@@ -129,7 +129,7 @@ def tip(touches: Sequence[Target | Point], *, tool: words.Tool | Sequence[float]
     :raises InvalidInputError: There are not two touches, the rotation is below 30 degrees, or the tip would be offset
         by more than 200 mm.
     """
-    one, other = (_turn(each) for each in _counted("touches", touches, 2))
+    one, other = (_turn(each) for each in _checked_touches("touches", touches, 2))
     bias = tool_bias(tool)
     assert bias is not None
     offset, found = _magician.touched_tip((one, other), bias)
@@ -165,14 +165,14 @@ def saved() -> Saved:
     return Saved(Sheet(corner, rotation, size), Surface(height, slope), tool)
 
 
-def _counted(name: str, points: Sequence[Target | Point], count: int) -> Sequence[Target | Point]:
+def _checked_touches(name: str, points: Sequence[Target | Point], count: int) -> Sequence[Target | Point]:
     if len(points) != count:
         raise InvalidInputError(f"{name} are {len(points)} points; it takes {count}")
     return points
 
 
 def _spot(point: Target | Point) -> tuple[float, float, float, float | None]:
-    return spot(point.position if isinstance(point, Point) else point, None, None, None)
+    return position_of(point.position if isinstance(point, Point) else point, None, None, None)
 
 
 def _three(point: Target | Point) -> _Triple:

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable
 from typing import Literal
 
 from . import _magician
-from ._arguments import flag, hearing, seconds, text
+from ._arguments import check_progress, flag, seconds, text
 from ._magician import Call
 from ._native import until_left, wait_left
-from ._telling import Line
+from ._progress import ProgressLine
 from ._values import Value
 
 __all__ = ["CaseProgress", "CaseResult", "Conformance", "Mismatch", "conform", "conform_async"]
@@ -215,9 +215,9 @@ class _Running:
         allow_motion: bool,
         progress: CaseWatcher,
     ) -> None:
-        hearing(progress)
+        check_progress(progress)
         # A program without a console has no stderr.
-        self._line = Line(sys.stderr) if progress is True and sys.stderr is not None else None
+        self._line = ProgressLine(sys.stderr) if progress is True and sys.stderr is not None else None
         self._tell: Callable[[CaseProgress], object] | None = progress if callable(progress) else self._line
         self._results: list[CaseResult] = []
         self._failed = 0

@@ -90,7 +90,7 @@ FunctionLike = IoFunction | int | str
 
 _E = TypeVar("_E", bound=IntEnum)
 
-_SHORT = {"DO": "DIGITAL_OUTPUT", "DI": "DIGITAL_INPUT", "ADC": "ANALOG_INPUT", "AI": "ANALOG_INPUT"}
+_ABBREVIATIONS = {"DO": "DIGITAL_OUTPUT", "DI": "DIGITAL_INPUT", "ADC": "ANALOG_INPUT", "AI": "ANALOG_INPUT"}
 
 
 def pin(name: str, value: PinLike) -> int:
@@ -145,7 +145,7 @@ def _label(value: str) -> str:
 def _member(name: str, kind: type[_E], value: _E | int | str, most: int = 255) -> _E:
     if isinstance(value, str) and not value.isdecimal():
         label = _label(value)
-        label = _SHORT.get(label, label)
+        label = _ABBREVIATIONS.get(label, label)
         if label not in kind.__members__:
             raise InvalidInputError(f"{name} is {value!r}; it takes {', '.join(kind.__members__)}")
         return kind[label]

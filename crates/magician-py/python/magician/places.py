@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from . import _magician, words
-from ._arguments import checked, number, numbers, seconds, text, whole
+from ._arguments import finite_numbers, number, numbers, seconds, text, whole
 from ._meaning import Position
 from ._targets import Target
 from ._values import Value
@@ -31,7 +31,7 @@ __all__ = ["Belt", "Frame", "Pallet", "Point", "Poses", "meeting", "picking", "p
 
 _Point = tuple[float, float, float]
 
-_APART = 1e-3
+_MIN_DISTANCE = 1e-3
 """Smallest distance, mm, between points, or from a point to the line through two others, that defines a plane."""
 
 
@@ -64,12 +64,12 @@ class Frame(Value):
         corner, right, left = _point("origin", origin), _point("on_x", on_x), _point("on_y", on_y)
         along, across = _minus(right, corner), _minus(left, corner)
         length = math.hypot(*along)
-        if length < _APART:
+        if length < _MIN_DISTANCE:
             raise InvalidInputError("origin and on_x are the same point: a frame takes three points that are apart")
         x_axis = _times(along, 1 / length)
         across = _minus(across, _times(x_axis, _dot(across, x_axis)))
         height = math.hypot(*across)
-        if height < _APART:
+        if height < _MIN_DISTANCE:
             raise InvalidInputError("the three points lie on a line: a frame takes on_y beside it")
         return cls(corner, x_axis, _times(across, 1 / height))
 
@@ -84,7 +84,7 @@ class Frame(Value):
         """
         turn = math.radians(number("rotation", rotation, unit="deg"))
         cos, sin = math.cos(turn), math.sin(turn)
-        x, y, z = checked(x=x, y=y, z=z)
+        x, y, z = finite_numbers(x=x, y=y, z=z)
         return cls((x, y, z), (cos, sin, 0.0), (-sin, cos, 0.0))
 
     @property
@@ -109,7 +109,7 @@ class Frame(Value):
         :param z: Height above the plane, perpendicular to it, mm.
         :param r: Rotation of the tool, degrees; 0 is along the frame's X.
         """
-        x, y, z, r = checked(x=x, y=y, z=z, r=r)
+        x, y, z, r = finite_numbers(x=x, y=y, z=z, r=r)
         place = _plus(self.origin, _times(self.x_axis, x), _times(self.y_axis, y), _times(self.z_axis, z))
         return _position(place, _turned(r + self.rotation))
 
@@ -117,7 +117,7 @@ class Frame(Value):
 
     def from_arm(self, x: float, y: float, z: float, r: float = 0.0) -> Position:
         """Converts a position from the arm's coordinates to this frame: ``frame.from_arm(*arm.pose())``."""
-        x, y, z, r = checked(x=x, y=y, z=z, r=r)
+        x, y, z, r = finite_numbers(x=x, y=y, z=z, r=r)
         way = _minus((x, y, z), self.origin)
         place = _dot(way, self.x_axis), _dot(way, self.y_axis), _dot(way, self.z_axis)
         return _position(place, _turned(r - self.rotation))
@@ -251,7 +251,7 @@ class Poses(MutableMapping[str, Position]):
         :param path: Path of the file. Defaults to ``poses.json`` beside the running program, or in the current folder
             if there is no program file, as in a notebook.
         """
-        self.path = Path(path) if path is not None else _beside() / "poses.json"
+        self.path = Path(path) if path is not None else _default_folder() / "poses.json"
         """Path of the file."""
 
     def __getitem__(self, name: str) -> Position:
@@ -320,7 +320,7 @@ def picking(
     """Builds the commands of :meth:`magician.Arm.pick`. Without ``r`` the tool keeps its rotation."""
     opened: list[Queueable] = [words.release()] if _is_gripper(tool) else []
     take = words.grip() if opened else words.suction(True)
-    return _over(at, r, opened, take, approach, retreat, _held(hold, bool(opened)))
+    return _approach_act_retreat(at, r, opened, take, approach, retreat, _hold_time(hold, bool(opened)))
 
 
 def placing(
@@ -334,7 +334,7 @@ def placing(
     """Builds the commands of :meth:`magician.Arm.place`. Without ``r`` the tool keeps its rotation."""
     gripper = _is_gripper(tool)
     leave = words.release() if gripper else words.suction(False)
-    return _over(at, r, [], leave, approach, retreat, _held(hold, gripper))
+    return _approach_act_retreat(at, r, [], leave, approach, retreat, _hold_time(hold, gripper))
 
 
 def meeting(
@@ -352,11 +352,13 @@ def meeting(
     ready: list[Queueable] = [words.release() if gripper else words.suction(True)]
     if speed is not None:
         ready.insert(0, words.speed(speed))
-    over, down, act, wait, up = _over(at, r, [], words.grip(), approach, retreat, _held(hold, gripper))
+    over, down, act, wait, up = _approach_act_retreat(
+        at, r, [], words.grip(), approach, retreat, _hold_time(hold, gripper)
+    )
     return [*ready, over], [down, *([act] if gripper else []), wait, up]
 
 
-def _over(
+def _approach_act_retreat(
     at: tuple[float, float, float],
     r: float | None,
     before: list[Queueable],
@@ -384,11 +386,11 @@ def _is_gripper(tool: str) -> bool:
     return tool == "gripper"
 
 
-def _held(hold: float | None, gripper: bool) -> float:
+def _hold_time(hold: float | None, gripper: bool) -> float:
     return (0.5 if gripper else 0.3) if hold is None else seconds("hold", hold)
 
 
-def _beside() -> Path:
+def _default_folder() -> Path:
     """Returns the folder of the running program."""
     file = getattr(sys.modules.get("__main__"), "__file__", None)
     return Path(file).resolve().parent if file else Path.cwd()

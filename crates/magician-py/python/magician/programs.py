@@ -23,7 +23,7 @@ from ._pictures import Drawing, Picture
 from ._points import Floats, Points, SupportsArray, column, rows, to_numpy, to_tuples
 from ._protocol import Queueable
 from ._reports import Complaint, Note, Placed, Report, report
-from ._targets import kept
+from ._targets import fill_r
 from ._values import Value
 from .alarms import Alarm
 from .errors import InvalidInputError
@@ -427,7 +427,7 @@ class Plan:
         :raises InvalidInputError: A command cannot be queued, or a move keeps an r that no move before it has.
         """
         return cls(
-            _magician.Plan.of_commands(string("title", title), kept(commands, None), _tool(tool), _surface(surface))
+            _magician.Plan.of_commands(string("title", title), fill_r(commands, None), _tool(tool), _surface(surface))
         )
 
     @classmethod

@@ -27,7 +27,7 @@ from .serving import Paths, Served, endpoints
 __all__ = ["Place", "Snapshot", "VirtualArm", "WorldObject"]
 
 
-_LONGEST = 1e10
+_MAX_ADVANCE = 1e10
 """Upper bound of one clock advance, s (about 300 years): larger than any sensible step of the microsecond clock."""
 
 
@@ -282,7 +282,7 @@ class VirtualArm(Bound):
     def advance(self, seconds: float) -> None:
         """Advances the clock by a time, s: belts, jogs and scenarios proceed. With a numeric ``speed`` the time is
         wall-clock time."""
-        self._native.advance(number("seconds", seconds, least=0, most=_LONGEST, unit="s"))
+        self._native.advance(number("seconds", seconds, least=0, most=_MAX_ADVANCE, unit="s"))
 
     def snapshot(self) -> Snapshot:
         """Takes a snapshot of the arm and its world, also during motion."""
@@ -409,7 +409,7 @@ class VirtualArm(Bound):
 
     def delay_answers(self, seconds: float) -> None:
         """Delays every answer by a time, s; 0 removes the delay."""
-        self._native.delay(number("seconds", seconds, least=0, most=_LONGEST, unit="s"))
+        self._native.delay(number("seconds", seconds, least=0, most=_MAX_ADVANCE, unit="s"))
 
     def reset(self) -> None:
         """Resets the controller: queue and settings are lost."""

@@ -29,8 +29,8 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Literal, overload
 
 from . import _magician, commands
-from ._arguments import checked, flag, number, numbers, whole
-from ._targets import KEPT, JointTarget, Target, joints, spot
+from ._arguments import finite_numbers, flag, number, numbers, whole
+from ._targets import CURRENT_R, JointTarget, Target, joints, position_of
 from .commands import JogCommand, Output, PtpMode, RailVersion, TriggerCondition, TriggerMode
 from .errors import InvalidInputError
 from .pins import (
@@ -198,8 +198,8 @@ def _pin(address: PinLike) -> int:
 
 
 def _spot(x: Any, y: float | None, z: float | None, r: float | None) -> tuple[float, float, float, float]:
-    *place, turned = spot(x, y, z, r)
-    return place[0], place[1], place[2], KEPT if turned is None else turned
+    *place, turned = position_of(x, y, z, r)
+    return place[0], place[1], place[2], CURRENT_R if turned is None else turned
 
 
 def _joints(j1: Any, j2: float | None, j3: float | None, j4: float | None) -> tuple[float, float, float, float]:
@@ -284,17 +284,17 @@ def jump_joints(j1: Any, j2: float | None = None, j3: float | None = None, j4: f
 
 def move_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
     """Moves by a distance (mm, degrees) from the pose at execution, with joint interpolation."""
-    return commands.PtpCmd(PtpMode.MOVJ_XYZ_INC, *checked(dx=dx, dy=dy, dz=dz, dr=dr))
+    return commands.PtpCmd(PtpMode.MOVJ_XYZ_INC, *finite_numbers(dx=dx, dy=dy, dz=dz, dr=dr))
 
 
 def line_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
     """Moves by a distance (mm, degrees) from the pose at execution, on a straight line."""
-    return commands.PtpCmd(PtpMode.MOVL_XYZ_INC, *checked(dx=dx, dy=dy, dz=dz, dr=dr))
+    return commands.PtpCmd(PtpMode.MOVL_XYZ_INC, *finite_numbers(dx=dx, dy=dy, dz=dz, dr=dr))
 
 
 def move_joints_by(d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> commands.PtpCmd:
     """Turns the joints by these angles, degrees, relative to those at execution."""
-    return commands.PtpCmd(PtpMode.MOVJ_ANGLE_INC, *checked(d1=d1, d2=d2, d3=d3, d4=d4))
+    return commands.PtpCmd(PtpMode.MOVJ_ANGLE_INC, *finite_numbers(d1=d1, d2=d2, d3=d3, d4=d4))
 
 
 def arc_to(via: Four, to: Four) -> commands.ArcCmd:
@@ -352,7 +352,7 @@ def home() -> commands.HomeCmd:
 
 def home_at(x: float, y: float, z: float, r: float) -> commands.HomeParams:
     """Sets the home point, where :func:`home` ends from now on (document 1.6.1)."""
-    return commands.HomeParams(*checked(x=x, y=y, z=z, r=r))
+    return commands.HomeParams(*finite_numbers(x=x, y=y, z=z, r=r))
 
 
 _AXES: dict[str, tuple[bool, JogCommand]] = {
@@ -436,12 +436,12 @@ def arc_speed(velocity: float, acceleration: float) -> commands.ArcParams:
 
 def jump_height(height: float, z_limit: float) -> commands.PtpJumpParams:
     """Sets the lift of jumps above the higher end, and the upper z limit, mm (document 1.10.3, E30)."""
-    return commands.PtpJumpParams(*checked(height=height, z_limit=z_limit))
+    return commands.PtpJumpParams(*finite_numbers(height=height, z_limit=z_limit))
 
 
 def jump_heights(start: float, end: float, z_limit: float) -> commands.PtpJump2Params:
     """Sets the lift of jumps above start and end, and the upper z limit, mm (document 1.10.8, E27)."""
-    return commands.PtpJump2Params(*checked(start=start, end=end, z_limit=z_limit))
+    return commands.PtpJump2Params(*finite_numbers(start=start, end=end, z_limit=z_limit))
 
 
 def jog_speed(velocity: float, acceleration: float | None = None) -> commands.JogCommonParams:
@@ -473,7 +473,7 @@ def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) 
     59.7
     """
     if name is None:
-        return commands.EndEffectorParams(*checked(x=x, y=y, z=z))
+        return commands.EndEffectorParams(*finite_numbers(x=x, y=y, z=z))
     bias = bias_of(name)
     if (x, y, z) != (0, 0, 0):
         raise InvalidInputError("a tool has a name, or x, y, z")
@@ -628,7 +628,7 @@ def move_with_rail(x: float, y: float, z: float, r: float, rail: float) -> comma
     """Moves to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time, as :func:`move_to` (document
     1.10.7).
     """
-    return commands.PtpWithLCmd(PtpMode.MOVJ_XYZ, *checked(x=x, y=y, z=z, r=r, rail=rail))
+    return commands.PtpWithLCmd(PtpMode.MOVJ_XYZ, *finite_numbers(x=x, y=y, z=z, r=r, rail=rail))
 
 
 def with_rail(move: Move, rail: float) -> commands.PtpWithLCmd | commands.PtpPoWithLCmd:

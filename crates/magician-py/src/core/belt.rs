@@ -12,18 +12,18 @@ use super::verbs::commands;
 use super::{Core, seconds};
 use crate::call::Call;
 
-/// Clock of the arm at the meeting, s; position, mm; duration of the descent.
-type Found = (f64, [f64; 3], Duration);
+/// Clock of the arm at the rendezvous, s; position, mm; duration of the descent.
+type RendezvousParts = (f64, [f64; 3], Duration);
 
-/// Way of the arm to the object.
-struct Way {
+/// Approach of the arm to the object.
+struct Approach {
     before: Vec<Set>,
     /// Height above the object at which the descent begins, mm.
     approach: f64,
     r: f64,
 }
 
-impl Way {
+impl Approach {
     fn to(&self, [x, y, z]: [f64; 3]) -> Vec<Set> {
         let [x, y, z, r] = [x, y, z, self.r].map(|number| number as f32);
         let mut way = self.before.clone();
@@ -37,26 +37,30 @@ async fn meet(
     arm: Arm,
     target: MovingTarget,
     since: Option<f64>,
-    way: Way,
+    way: Approach,
     ready: Duration,
-) -> magician::Result<Found> {
+) -> magician::Result<RendezvousParts> {
     let check = arm.preflight_for(&way.to(target.position)).await?;
     let clock = f64::from(arm.get::<DeviceTime>().await?.g_systick) / 1e3;
     let now = MovingTarget {
         position: target.after(since.map_or(0.0, |since| clock - since)),
         ..target
     };
-    let meeting = tokio::task::spawn_blocking(move || {
-        let meeting = check.meet(&now, ready, |place| way.to(place))?;
-        let whole = way.to(meeting.position);
+    let rendezvous = tokio::task::spawn_blocking(move || {
+        let rendezvous = check.meet(&now, ready, |place| way.to(place))?;
+        let whole = way.to(rendezvous.position);
         let above = whole.split_last().map_or(&[][..], |(_, above)| above);
-        let down = meeting.takes - check.estimate(above)?;
-        Ok((clock + meeting.after.as_secs_f64(), meeting.position, down))
+        let down = rendezvous.takes - check.estimate(above)?;
+        Ok((
+            clock + rendezvous.after.as_secs_f64(),
+            rendezvous.position,
+            down,
+        ))
     });
     let bug = |error: tokio::task::JoinError| {
         magician::Error::new(magician::ErrorCode::Closed, error.to_string())
     };
-    meeting.await.map_err(bug)?
+    rendezvous.await.map_err(bug)?
 }
 
 #[pymethods]
@@ -75,7 +79,7 @@ impl Core {
         ready: f64,
     ) -> PyResult<Call> {
         let [x, y, z, r] = position;
-        let way = Way {
+        let way = Approach {
             before: commands(before)?,
             approach,
             r,
@@ -87,9 +91,12 @@ impl Core {
         let ready = seconds(py, "ready", ready)?;
         let arm = self.arm(py)?;
         let meet = meet(arm, target, since, way, ready);
-        Ok(Call::start(meet, |py, (at, place, down): Found| {
-            let found = (at, (place[0], place[1], place[2]), down.as_secs_f64());
-            Ok(found.into_pyobject(py)?.into_any().unbind())
-        }))
+        Ok(Call::start(
+            meet,
+            |py, (at, place, down): RendezvousParts| {
+                let found = (at, (place[0], place[1], place[2]), down.as_secs_f64());
+                Ok(found.into_pyobject(py)?.into_any().unbind())
+            },
+        ))
     }
 }

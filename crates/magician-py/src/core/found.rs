@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician::discovery::{Found, Search};
+use magician::discovery::{DiscoveredArm, Search};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -55,9 +55,9 @@ pub(crate) fn discover(py: Python<'_>, hosts: Vec<String>, within: f64) -> PyRes
     ))
 }
 
-type Parts = (String, String, String, String, String, Option<String>);
+type ArmParts = (String, String, String, String, String, Option<String>);
 
-fn parts(found: &Found) -> Parts {
+fn parts(found: &DiscoveredArm) -> ArmParts {
     (
         found.target().to_string(),
         found.address.to_string(),

@@ -32,21 +32,21 @@ pub(crate) use watches::{Events, Jog, StateWatch};
 
 /// Number of dropped connections that have not shut down yet. The end of the interpreter waits for
 /// them.
-static LEAVING: AtomicUsize = AtomicUsize::new(0);
+static PENDING_SHUTDOWNS: AtomicUsize = AtomicUsize::new(0);
 /// Longest wait for the shutdown of a connection. A choice: a program should end quickly even if an
 /// arm does not answer.
-const FAREWELL: Duration = Duration::from_secs(1);
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A connected arm.
 #[pyclass(frozen, weakref, module = "magician._magician")]
 pub(crate) struct Core {
     arm: Local<Arm>,
     /// Lines to the arm through a station.
-    ends: Ends,
+    station_lines: StationLines,
 }
 
 /// Lines that end shortly after their connection.
-pub(crate) type Ends = Arc<Mutex<Vec<JoinHandle<()>>>>;
+pub(crate) type StationLines = Arc<Mutex<Vec<JoinHandle<()>>>>;
 
 /// Converts a number of seconds from Python.
 ///
@@ -130,7 +130,7 @@ impl Core {
     where
         F: Future<Output = magician::Result<Arm>> + Send + 'static,
     {
-        Self::connecting_by(py, connecting, Ends::default())
+        Self::connecting_by(py, connecting, StationLines::default())
     }
 
     /// Like [`connecting`](Self::connecting), for an arm behind station lines, whose ends `close`
@@ -138,14 +138,18 @@ impl Core {
     ///
     /// # Errors
     /// Those of [`connecting`](Self::connecting).
-    pub(crate) fn connecting_by<F>(py: Python<'_>, connecting: F, ends: Ends) -> PyResult<Call>
+    pub(crate) fn connecting_by<F>(
+        py: Python<'_>,
+        connecting: F,
+        station_lines: StationLines,
+    ) -> PyResult<Call>
     where
         F: Future<Output = magician::Result<Arm>> + Send + 'static,
     {
         runtime::ready(py)?;
         Ok(Call::start(connecting, |py, arm| {
             let arm = Local::new(arm);
-            Ok(Py::new(py, Core { arm, ends })?.into_any())
+            Ok(Py::new(py, Core { arm, station_lines })?.into_any())
         }))
     }
 
@@ -190,7 +194,7 @@ impl Core {
         trace: Option<PathBuf>,
     ) -> PyResult<Call> {
         let options = options(py, timeout, window, probe, reconnect, echo)?;
-        if let Some(url) = station::named(port) {
+        if let Some(url) = station::url_of(port) {
             let options = with_trace(with_fence(py, options, fence)?, trace)?;
             return station::arm_at(py, url, options);
         }
@@ -206,15 +210,20 @@ impl Core {
     /// Closes the connection.
     fn close(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        let ends = std::mem::take(&mut *self.ends.lock().unwrap_or_else(PoisonError::into_inner));
+        let station_lines = std::mem::take(
+            &mut *self
+                .station_lines
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner),
+        );
         Ok(Call::lasting(async move {
             let closing = async {
                 arm.clone().close().await;
-                for end in ends {
+                for end in station_lines {
                     let _ = end.await;
                 }
             };
-            let _ = tokio::time::timeout(FAREWELL, closing).await;
+            let _ = tokio::time::timeout(SHUTDOWN_TIMEOUT, closing).await;
             arm.front_end().end_trace();
             Ok(())
         }))
@@ -305,14 +314,14 @@ impl Drop for Core {
     fn drop(&mut self) {
         let Some(arm) = self.arm.here() else { return };
         let mut events = arm.events();
-        LEAVING.fetch_add(1, Ordering::SeqCst);
+        PENDING_SHUTDOWNS.fetch_add(1, Ordering::SeqCst);
         let leaving = async move {
             let ended = async { while events.next().await.is_some() {} };
-            let _ = tokio::time::timeout(FAREWELL, ended).await;
-            LEAVING.fetch_sub(1, Ordering::SeqCst);
+            let _ = tokio::time::timeout(SHUTDOWN_TIMEOUT, ended).await;
+            PENDING_SHUTDOWNS.fetch_sub(1, Ordering::SeqCst);
         };
         if runtime::spawn(leaving).is_none() {
-            LEAVING.fetch_sub(1, Ordering::SeqCst);
+            PENDING_SHUTDOWNS.fetch_sub(1, Ordering::SeqCst);
         }
     }
 }
@@ -340,7 +349,7 @@ fn link(link: &Link) -> LinkParts {
 pub(crate) fn end(py: Python<'_>) {
     let begun = Instant::now();
     py.detach(|| {
-        while LEAVING.load(Ordering::SeqCst) > 0 && begun.elapsed() < FAREWELL {
+        while PENDING_SHUTDOWNS.load(Ordering::SeqCst) > 0 && begun.elapsed() < SHUTDOWN_TIMEOUT {
             std::thread::sleep(Duration::from_millis(1));
         }
     });
@@ -350,7 +359,7 @@ pub(crate) fn end(py: Python<'_>) {
 /// Resets the state in a forked child: the parent closes the connections.
 #[pyfunction]
 pub(crate) fn forked() {
-    LEAVING.store(0, Ordering::SeqCst);
+    PENDING_SHUTDOWNS.store(0, Ordering::SeqCst);
 }
 
 /// Finds the class of `magician.commands` for a name. `form` is `"get"` or `"set"`.

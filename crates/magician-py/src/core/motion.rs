@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::preflight::{Guards, Preflight};
-use magician::{Error, ErrorCode, Progress, QueueIndex, Ran, RunOptions, Set};
+use magician::{Error, ErrorCode, Progress, QueueIndex, RunOptions, RunSummary, Set};
 use magician_job::{WorkSurface, store_surface, touch_off};
 use magician_program::{Surface, Tool};
 use pyo3::prelude::*;
@@ -36,7 +36,10 @@ pub(super) fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> Py
 
 /// Checks commands and returns their duration. Runs on a blocking thread: many commands take a
 /// while, and the runtime also serves other connections.
-async fn checked(check: Preflight, commands: Vec<Set>) -> magician::Result<(Vec<Set>, Duration)> {
+async fn check_commands(
+    check: Preflight,
+    commands: Vec<Set>,
+) -> magician::Result<(Vec<Set>, Duration)> {
     let checked = tokio::task::spawn_blocking(move || {
         let time = check.program(&commands)?.time();
         Ok((commands, time))
@@ -60,7 +63,7 @@ pub(super) fn report(reporter: &Reporter, progress: Progress) {
 }
 
 /// Converts the summary of a run: number of commands, first and last index.
-pub(super) fn ran(py: Python<'_>, ran: Ran) -> PyResult<Py<PyAny>> {
+pub(super) fn run_summary(py: Python<'_>, ran: RunSummary) -> PyResult<Py<PyAny>> {
     let index = |index: Option<QueueIndex>| index.map(|index| index.0);
     let parts = (ran.commands, index(ran.first), index(ran.last));
     Ok(parts.into_pyobject(py)?.into_any().unbind())
@@ -88,8 +91,8 @@ impl Core {
         let task = |reporter: Reporter| {
             let arm = arm.clone();
             async move {
-                let told = |progress| report(&reporter, progress);
-                arm.run_with(&commands, options, told).await
+                let on_progress = |progress| report(&reporter, progress);
+                arm.run_with(&commands, options, on_progress).await
             }
         };
         Ok(Call::moving(&arm, task, ran))
@@ -103,7 +106,7 @@ impl Core {
         let arm = self.arm(py)?;
         let estimate = async move {
             let check = arm.preflight_for(&commands).await?;
-            checked(check.guards(guards), commands).await
+            check_commands(check.guards(guards), commands).await
         };
         Ok(Call::start(estimate, |py, (_, time)| {
             // `Duration::MAX` stands for a program that may never end, such as one with a trigger.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use magician::{Arm, Ran, Run, RunOptions, Set};
+use magician::{Arm, Run, RunOptions, RunSummary, Set};
 use pyo3::prelude::*;
 use tokio::sync::Mutex;
 
@@ -15,7 +15,7 @@ use crate::runtime::Local;
 /// Options of a program: treatment of the queue, and permissions.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct How {
+struct ProgramOptions {
     keep: bool,
     horizon: f64,
     laser_horizon: f64,
@@ -24,7 +24,7 @@ struct How {
     allow_laser: bool,
 }
 
-impl How {
+impl ProgramOptions {
     fn options(&self, py: Python<'_>) -> PyResult<RunOptions> {
         Ok(RunOptions::default()
             .keep(self.keep)
@@ -45,11 +45,11 @@ pub(crate) struct Program {
 #[pymethods]
 impl Core {
     /// Prepares a run of commands. Nothing is sent yet.
-    fn begin(&self, commands: &Bound<'_, PyAny>, how: How) -> PyResult<Program> {
+    fn begin(&self, commands: &Bound<'_, PyAny>, options: ProgramOptions) -> PyResult<Program> {
         let py = commands.py();
-        let options = how.options(py)?;
-        let arm = self.burning(py, how.allow_laser)?;
-        let run = arm.start_with(self::commands(commands)?, options);
+        let run_options = options.options(py)?;
+        let arm = self.burning(py, options.allow_laser)?;
+        let run = arm.start_with(self::commands(commands)?, run_options);
         Ok(Program {
             arm: Local::new(arm),
             run: Local::new(Arc::new(Mutex::new(run))),
@@ -77,7 +77,7 @@ impl Program {
 
     /// Summary of the finished commands; `None` while it runs.
     fn ran(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
-        let done: Option<Ran> = self.run.get(py)?.try_lock().ok().map(|run| run.ran());
-        done.map(|done| ran(py, done)).transpose()
+        let done: Option<RunSummary> = self.run.get(py)?.try_lock().ok().map(|run| run.ran());
+        done.map(|done| run_summary(py, done)).transpose()
     }
 }

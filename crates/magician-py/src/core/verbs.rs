@@ -12,7 +12,7 @@ use crate::errors;
 use crate::values::{self, Kind};
 
 /// Refuses a dangerous command unless it is allowed.
-fn meant(py: Python<'_>, row: &Row, allow_dangerous: bool) -> PyResult<()> {
+fn check_dangerous(py: Python<'_>, row: &Row, allow_dangerous: bool) -> PyResult<()> {
     let Some(danger) = row.danger().filter(|_| !allow_dangerous) else {
         return Ok(());
     };
@@ -86,7 +86,7 @@ impl Core {
     ) -> PyResult<Call> {
         let py = command.py();
         let command = values::command(command)?;
-        meant(py, command.row(), allow_dangerous)?;
+        check_dangerous(py, command.row(), allow_dangerous)?;
         let arm = self.burning(py, allow_laser)?;
         Ok(Call::plain(async move { arm.set_any(&command).await }))
     }
@@ -120,7 +120,7 @@ impl Core {
     ) -> PyResult<Call> {
         let ctrl = Ctrl(ctrl);
         if let Some(row) = Row::with_id(id).filter(|row| row.sets(ctrl)) {
-            meant(py, row, allow_dangerous)?;
+            check_dangerous(py, row, allow_dangerous)?;
         }
         let arm = self.burning(py, allow_laser)?;
         Ok(Call::start(

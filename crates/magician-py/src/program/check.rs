@@ -9,7 +9,7 @@ use magician_program::{Plan, RefusedStep, Report, check};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use super::{PyPlan, Source, retold, tool};
+use super::{PyPlan, Source, tool, with_text};
 use crate::core::seconds;
 use crate::picture::{Ink, Picture};
 use crate::{errors, values};
@@ -21,14 +21,14 @@ pub(crate) struct Start {
 }
 
 /// Prepares a virtual arm for the plan and returns its start.
-fn staged(plan: &Plan) -> Result<Preflight, Error> {
+fn start_of_virtual_arm(plan: &Plan) -> Result<Preflight, Error> {
     let arm = stage(plan, &RehearseOptions::default())?;
     Arm::simulated(arm, Options::default())?.preflight_for(&plan.kinds())
 }
 
 impl PyPlan {
     /// Start of the given arm, or of a virtual arm that is ready for the plan.
-    pub(super) fn start_or_staged(
+    pub(super) fn start_or_virtual(
         &self,
         py: Python<'_>,
         start: Option<&Start>,
@@ -36,7 +36,7 @@ impl PyPlan {
         match start {
             Some(start) => Ok(start.preflight.clone()),
             None => py
-                .detach(|| staged(&self.plan))
+                .detach(|| start_of_virtual_arm(&self.plan))
                 .map_err(|error| errors::raise(py, &error)),
         }
     }
@@ -46,7 +46,7 @@ impl PyPlan {
 impl PyPlan {
     /// Checks the plan. Returns the report as a dictionary.
     fn check<'py>(&self, py: Python<'py>, start: Option<&Start>) -> PyResult<Bound<'py, PyDict>> {
-        let start = self.start_or_staged(py, start)?;
+        let start = self.start_or_virtual(py, start)?;
         let report = py.detach(|| check(&self.plan, &start));
         findings(py, &report, &self.source)
     }
@@ -59,7 +59,7 @@ impl PyPlan {
         side: Option<bool>,
         sheet: Option<Vec<[f64; 2]>>,
     ) -> PyResult<Picture> {
-        let start = self.start_or_staged(py, start)?;
+        let start = self.start_or_virtual(py, start)?;
         let svg = py.detach(|| {
             let mut options = PreviewOptions::default();
             (options.side, options.sheet) = (side, sheet);
@@ -199,5 +199,5 @@ pub(crate) fn refusal(report: &Report, source: &Source) -> Option<Error> {
         why = why.replacen(&format!("{command}: "), "", 1);
     }
     let text = format!("{file}{place}{name}: {why}; {count}, nothing was sent");
-    Some(retold(&first.error, text))
+    Some(with_text(&first.error, text))
 }

@@ -20,7 +20,7 @@ pub(crate) const SURFACE_ARGUMENT: &str = "work surface height unknown: give loa
 /// Options for loading a file. Missing ones come from the file or are defaults.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Wanted {
+struct LoadOptions {
     format: Option<String>,
     title: Option<String>,
     /// Height and slope of the surface.
@@ -35,7 +35,7 @@ struct Wanted {
     preset: Option<String>,
 }
 
-impl Wanted {
+impl LoadOptions {
     /// Builds the options, and the note of the preset.
     ///
     /// # Errors
@@ -89,9 +89,9 @@ impl Wanted {
         let preset = Presets::of_user().load(name);
         let preset = preset.map_err(|error| error.to_string())?;
         let completed = preset.complete(options, Some(format));
-        let (completed, told) = completed.map_err(|error| error.message)?;
+        let (completed, note) = completed.map_err(|error| error.message)?;
         *options = completed;
-        Ok(Some(told))
+        Ok(Some(note))
     }
 
     /// Defaults for missing options. A plan is made for no particular arm, so a missing surface is
@@ -109,7 +109,7 @@ impl Wanted {
 }
 
 /// Fence of the default arm, if that is known without connecting.
-fn usual_fence() -> Result<Option<Fence>, Error> {
+fn default_fence() -> Result<Option<Fence>, Error> {
     let arms = magician::arms::load()?;
     let Ok(target) = core::target(None) else {
         return Ok(None);
@@ -118,9 +118,9 @@ fn usual_fence() -> Result<Option<Fence>, Error> {
 }
 
 /// Determines the format: as given, or from name and content.
-fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, String> {
-    match said {
-        Some(said) => said.parse(),
+fn format_of(name: &str, bytes: &[u8], format: Option<&str>) -> Result<Format, String> {
+    match format {
+        Some(format) => format.parse(),
         None => Format::of(name, bytes).ok_or_else(|| {
             if let Some(foreign) = magician_program::foreign(name, bytes) {
                 return foreign.to_string();
@@ -135,21 +135,21 @@ fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, Str
 impl PyPlan {
     /// Creates a plan from the content of a file.
     #[staticmethod]
-    fn load(py: Python<'_>, name: &str, bytes: &[u8], wanted: Wanted) -> PyResult<Self> {
+    fn load(py: Python<'_>, name: &str, bytes: &[u8], options: LoadOptions) -> PyResult<Self> {
         let refused = |text: String| errors::raise(py, &Error::invalid(format!("{name}: {text}")));
-        let format = format_of(name, bytes, wanted.format.as_deref()).map_err(refused)?;
+        let format = format_of(name, bytes, options.format.as_deref()).map_err(refused)?;
         let mut request = PrepareRequest::new(format, bytes);
-        let said = wanted.options(format);
+        let parsed = options.options(format);
         (request.options, request.preset_note) =
-            said.map_err(|text| errors::raise(py, &Error::invalid(text)))?;
-        let title = wanted.title.clone();
+            parsed.map_err(|text| errors::raise(py, &Error::invalid(text)))?;
+        let title = options.title.clone();
         request.title = title.unwrap_or_else(|| Format::title(name).to_owned());
-        if let Some(Surface { slope, .. }) = surface(wanted.surface) {
+        if let Some(Surface { slope, .. }) = surface(options.surface) {
             request.surface_slope = slope;
         }
-        request.defaults = wanted.defaults();
+        request.defaults = options.defaults();
         request.fence = py
-            .detach(usual_fence)
+            .detach(default_fence)
             .map_err(|error| errors::raise(py, &error))?;
         // There is no arm to ask.
         request.start = StartPosition::Unknown;

@@ -38,7 +38,7 @@ pub(crate) struct Source {
     /// Notes of the reader.
     notes: Vec<Diagnostic>,
     /// Placement. `None` if it was not placed.
-    placed: Option<LaidAs>,
+    placed: Option<Placement>,
     /// True if its lines are rows of an array, counted from 0.
     pub(crate) rows: bool,
     /// True if the surface is that of a virtual arm's table, because the real height was not given.
@@ -50,7 +50,7 @@ pub(crate) struct Source {
 }
 
 /// Scale, rotation in degrees, position of its centre, and corners of its page.
-type LaidAs = (f64, f64, [f64; 2], Option<[[f64; 2]; 4]>);
+type Placement = (f64, f64, [f64; 2], Option<[[f64; 2]; 4]>);
 
 /// Line, column, name, message, advice, and code of a note.
 type NoteParts<'a> = (
@@ -63,7 +63,7 @@ type NoteParts<'a> = (
 );
 
 /// Pickled note: line, column, length, name, message, advice, and code.
-type KeptNote = (
+type PickledNote = (
     u32,
     u32,
     u32,
@@ -75,11 +75,11 @@ type KeptNote = (
 
 /// Pickled origin: file, format, notes, placement; true for rows, for an assumed surface, for a
 /// drawing; and the lift.
-type KeptSource = (
+type PickledSource = (
     Option<String>,
     Option<String>,
-    Vec<KeptNote>,
-    Option<LaidAs>,
+    Vec<PickledNote>,
+    Option<Placement>,
     bool,
     bool,
     bool,
@@ -87,7 +87,7 @@ type KeptSource = (
 );
 
 impl Source {
-    fn kept(&self) -> KeptSource {
+    fn to_pickled(&self) -> PickledSource {
         let note = |note: &Diagnostic| {
             let Origin {
                 line,
@@ -114,13 +114,15 @@ impl Source {
         )
     }
 
-    fn of_kept((name, format, notes, placed, rows, assumed, is_drawing, lift): KeptSource) -> Self {
+    fn from_pickled(
+        (name, format, notes, placed, rows, assumed, is_drawing, lift): PickledSource,
+    ) -> Self {
         let code_of = |name: String| {
             DiagnosticCode::ALL
                 .into_iter()
                 .find(|code| code.name() == name)
         };
-        let note = |(line, column, length, name, message, help, code): KeptNote| Diagnostic {
+        let note = |(line, column, length, name, message, help, code): PickledNote| Diagnostic {
             code: code_of(code).unwrap_or_default(),
             origin: Origin {
                 line,
@@ -173,7 +175,7 @@ pub(crate) fn raise(py: Python<'_>, name: Option<&str>, problem: &Diagnostic) ->
     let help = problem.help.iter().map(|help| format!("; {help}"));
     let text = format!("{name}{problem}{}", help.collect::<String>());
     let error = Error::from(problem.clone());
-    errors::raise(py, &error.retold(text))
+    errors::raise(py, &error.with_text(text))
 }
 
 /// Parses a tool: a name or a bias.
@@ -191,14 +193,14 @@ fn surface(given: Option<(f64, [f64; 2])>) -> Option<Surface> {
 impl PyPlan {
     /// Restores a pickled plan from the text of its file and its origin.
     #[new]
-    fn of_kept(py: Python<'_>, json: &str, source: KeptSource) -> PyResult<Self> {
+    fn of_kept(py: Python<'_>, json: &str, source: PickledSource) -> PyResult<Self> {
         let plan = py.detach(|| Plan::from_json(json.as_bytes()));
         let plan = plan.map_err(|problem| raise(py, None, &problem))?;
-        Ok(Self::of(plan, Source::of_kept(source)))
+        Ok(Self::of(plan, Source::from_pickled(source)))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (String, KeptSource)) {
-        let kept = (slf.get().to_json(slf.py()), slf.get().source.kept());
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (String, PickledSource)) {
+        let kept = (slf.get().to_json(slf.py()), slf.get().source.to_pickled());
         (slf.get_type().into_any(), kept)
     }
 
@@ -289,7 +291,7 @@ impl PyPlan {
 
     /// Placement, if the plan was placed.
     #[getter]
-    fn placed(&self) -> Option<LaidAs> {
+    fn placed(&self) -> Option<Placement> {
         self.source.placed
     }
 
@@ -349,7 +351,7 @@ impl PyPlan {
         let at = step.checked_sub(1);
         let at =
             at.ok_or_else(|| errors::raise(py, &Error::invalid("steps are counted from 1")))?;
-        let start = self.start_or_staged(py, start)?;
+        let start = self.start_or_virtual(py, start)?;
         self.changed(py, |plan| {
             Continuation::from_step(plan, at, &start).map(|rest| rest.plan)
         })
@@ -386,10 +388,10 @@ impl PyPlan {
 }
 
 /// Copies an error with another text. Its parts stay.
-pub(crate) fn retold(error: &Error, text: String) -> Error {
-    let told = error.retold(text);
+pub(crate) fn with_text(error: &Error, text: String) -> Error {
+    let changed = error.with_text(text);
     match error.command() {
-        Some(command) => told.with_command(command),
-        None => told,
+        Some(command) => changed.with_command(command),
+        None => changed,
     }
 }

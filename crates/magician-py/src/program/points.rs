@@ -40,23 +40,26 @@ impl PyPlan {
         points: &[u8],
         columns: usize,
         powers: &[u8],
-        way: PointOptions,
+        options: PointOptions,
     ) -> PyResult<Self> {
         let bad = |problem: Diagnostic| super::raise(py, None, &problem);
-        let tool = tool(py, way.tool.as_deref())?;
-        let by = travel(&way.by).ok_or_else(|| {
-            let text = format!("unknown by `{}`: it is path, line, joints or jump", way.by);
+        let tool = tool(py, options.tool.as_deref())?;
+        let by = travel(&options.by).ok_or_else(|| {
+            let text = format!(
+                "unknown by `{}`: it is path, line, joints or jump",
+                options.by
+            );
             errors::raise(py, &Error::invalid(text))
         })?;
         let plan = py.detach(|| {
-            let rows = rows(points, columns, &way)?;
+            let rows = rows(points, columns, &options)?;
             let powers = floats(powers);
-            lit(&rows, &powers, &way)?;
-            let mut plan = Plan::new(way.title.clone());
-            (plan.tool, plan.surface) = (tool, surface(way.surface));
+            check_powers(&rows, &powers, &options)?;
+            let mut plan = Plan::new(options.title.clone());
+            (plan.tool, plan.surface) = (tool, surface(options.surface));
             match by {
                 Some(by) => moves(&mut plan, &rows, by)?,
-                None => paths(&mut plan, &rows, &powers, &way)?,
+                None => paths(&mut plan, &rows, &powers, &options)?,
             }
             Ok(plan)
         });
@@ -89,14 +92,14 @@ pub(crate) fn floats(bytes: &[u8]) -> Vec<f64> {
 fn rows(
     points: &[u8],
     columns: usize,
-    way: &PointOptions,
+    options: &PointOptions,
 ) -> Result<Vec<Option<[f32; 4]>>, Diagnostic> {
     let numbers = floats(points);
     let row = |(nth, row): (usize, &[f64])| {
         if row.iter().all(|number| number.is_nan()) {
             return Ok(None);
         }
-        let mut point = [0.0, 0.0, 0.0, way.r as f32];
+        let mut point = [0.0, 0.0, 0.0, options.r as f32];
         for (value, number) in point.iter_mut().zip(row) {
             *value = *number as f32;
         }
@@ -127,9 +130,13 @@ fn origin(nth: usize) -> Origin {
 }
 
 /// Checks powers: 0 to 100 percent, and only for paths.
-fn lit(rows: &[Option<[f32; 4]>], powers: &[f64], way: &PointOptions) -> Result<(), Diagnostic> {
-    if way.by != "path" && (way.power.is_some() || !powers.is_empty()) {
-        let text = format!("power is for by=\"path\", not for by=\"{}\"", way.by);
+fn check_powers(
+    rows: &[Option<[f32; 4]>],
+    powers: &[f64],
+    options: &PointOptions,
+) -> Result<(), Diagnostic> {
+    if options.by != "path" && (options.power.is_some() || !powers.is_empty()) {
+        let text = format!("power is for by=\"path\", not for by=\"{}\"", options.by);
         return Err(Diagnostic::of_file(text));
     }
     let is_none = |power: &f64| !(0.0..=100.0).contains(power);
@@ -159,11 +166,11 @@ fn paths(
     plan: &mut Plan,
     rows: &[Option<[f32; 4]>],
     powers: &[f64],
-    way: &PointOptions,
+    options: &PointOptions,
 ) -> Result<(), Diagnostic> {
-    if let Some(speed) = way.speed {
+    if let Some(speed) = options.speed {
         plan.push(
-            build::path_speed(speed as f32, way.acceleration as f32),
+            build::path_speed(speed as f32, options.acceleration as f32),
             Origin::NONE,
         );
     }
@@ -171,12 +178,12 @@ fn paths(
     for (nth, row) in rows.iter().enumerate() {
         match (*row, begun) {
             (None, Some((last, r))) => {
-                leave(plan, last, r, way, nth - 1);
+                leave(plan, last, r, options, nth - 1);
                 begun = None;
             }
             (None, None) => {}
             (Some([x, y, z, r]), None) => {
-                approach(plan, [x, y, z], r, way, nth);
+                approach(plan, [x, y, z], r, options, nth);
                 begun = Some(([x, y, z], r));
             }
             (Some([x, y, z, r]), Some((last, first))) => {
@@ -191,7 +198,7 @@ fn paths(
                 // Skip a segment of zero length: the arm would stop there for nothing.
                 if to != last {
                     plan.push(
-                        segment(to, powers.get(nth).copied().or(way.power)),
+                        segment(to, powers.get(nth).copied().or(options.power)),
                         origin(nth),
                     );
                 }
@@ -200,7 +207,7 @@ fn paths(
         }
     }
     if let Some((last, r)) = begun {
-        leave(plan, last, r, way, rows.len() - 1);
+        leave(plan, last, r, options, rows.len() - 1);
     }
     Ok(())
 }
@@ -217,8 +224,8 @@ fn segment(to: [f32; 3], power: Option<f64>) -> Action {
 
 /// Appends the approach to a path: first by joints to a point above its start, because the arm may
 /// come from anywhere.
-fn approach(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &PointOptions, nth: usize) {
-    let lift = way.lift as f32;
+fn approach(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, options: &PointOptions, nth: usize) {
+    let lift = options.lift as f32;
     let by = Travel::Joints;
     if lift > 0.0 {
         let to = [x, y, z + lift, r];
@@ -234,8 +241,8 @@ fn approach(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &PointOptions, nt
     );
 }
 
-fn leave(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &PointOptions, nth: usize) {
-    let lift = way.lift as f32;
+fn leave(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, options: &PointOptions, nth: usize) {
+    let lift = options.lift as f32;
     if lift > 0.0 {
         let by = Travel::Line;
         plan.push(

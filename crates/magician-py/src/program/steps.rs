@@ -21,8 +21,8 @@ impl PyPlan {
         let parts = PyDict::new(py);
         parts.set_item("number", at + 1)?;
         parts.set_item("action", step.action.name())?;
-        parts.set_item("by", by(&step.action))?;
-        parts.set_item("values", said(&step.action))?;
+        parts.set_item("by", travel_name(&step.action))?;
+        parts.set_item("values", numbers_of(&step.action))?;
         parts.set_item("target", step.action.target())?;
         parts.set_item("line", known(place.line))?;
         parts.set_item("column", known(place.column))?;
@@ -58,7 +58,7 @@ impl PyPlan {
 }
 
 /// Kind of travel of an action. `None` if it does not travel from point to point.
-fn by(action: &Action) -> Option<&'static str> {
+fn travel_name(action: &Action) -> Option<&'static str> {
     let named = |by: &Travel| match by {
         Travel::Joints => "joints",
         Travel::Line => "line",
@@ -75,7 +75,7 @@ fn by(action: &Action) -> Option<&'static str> {
 }
 
 /// Numbers of an action, in the order of its name: x, y, z, r; seconds; 1 for on.
-fn said(action: &Action) -> Vec<f64> {
+fn numbers_of(action: &Action) -> Vec<f64> {
     let all = |numbers: &[f32]| numbers.iter().copied().map(f64::from).collect();
     match action {
         Action::Move { to, .. } | Action::Joints { to, .. } => all(to),

@@ -28,7 +28,7 @@ const MAX_SUCTION_GAP: f64 = 1.0;
 pub(super) enum Contact {
     /// Touching, no deeper than the tool gives way.
     Touch,
-    /// Ran into an object from the side; the object yields.
+    /// RunSummary into an object from the side; the object yields.
     Knock,
     /// Pressing harder than the tool gives way.
     Stall,

@@ -107,7 +107,7 @@ async fn running(
     client: &StationClient,
 ) -> (
     Arm,
-    tokio::task::JoinHandle<magician::Result<magician::Ran>>,
+    tokio::task::JoinHandle<magician::Result<magician::RunSummary>>,
 ) {
     let (line, _) = StationLine::open(client, None, false);
     let options = Options::default().end_notice(client.end_notice());

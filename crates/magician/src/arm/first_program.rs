@@ -3,7 +3,7 @@
 use magician_protocol::Set;
 use magician_protocol::commands::Pose;
 
-use super::{Arm, Options, Ran, RunOptions};
+use super::{Arm, Options, RunOptions, RunSummary};
 use crate::{IntoTarget, Result, build};
 
 /// Methods for a first program.
@@ -55,7 +55,7 @@ impl Arm {
     ///
     /// # Errors
     /// Same as [`run`](Self::run); the move is checked before it is sent.
-    pub async fn move_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
+    pub async fn move_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<RunSummary> {
         self.run(&[build::move_to(x, y, z, r)]).await
     }
 
@@ -63,7 +63,7 @@ impl Arm {
     ///
     /// # Errors
     /// Same as [`move_to`](Self::move_to).
-    pub async fn line_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
+    pub async fn line_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<RunSummary> {
         self.run(&[build::line_to(x, y, z, r)]).await
     }
 
@@ -72,7 +72,7 @@ impl Arm {
     ///
     /// # Errors
     /// Same as [`move_to`](Self::move_to).
-    pub async fn jump_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
+    pub async fn jump_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<RunSummary> {
         self.run(&[build::jump_to(x, y, z, r)]).await
     }
 
@@ -102,7 +102,7 @@ impl Arm {
     /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) from the check, with the
     /// [step](crate::Error::step); [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) if an alarm
     /// already holds the queue; else as [`Run::wait`](super::Run::wait).
-    pub async fn run(&self, commands: &[Set]) -> Result<Ran> {
+    pub async fn run(&self, commands: &[Set]) -> Result<RunSummary> {
         self.run_with(commands, RunOptions::default(), |_| {}).await
     }
 

@@ -18,7 +18,7 @@ use tokio::time::Instant;
 use super::Arm;
 use super::shared::held;
 use crate::message;
-use crate::{Action, Error, ErrorCode, Given, Result, Setting};
+use crate::{Action, Error, ErrorCode, Result, Setting, SettingValue};
 
 /// Largest deviation of a controller's crystal, per mille of the elapsed time. Choice, far above
 /// any crystal (below 0.1 per mille): a larger deviation means a virtual arm at another speed.
@@ -191,7 +191,7 @@ impl Homing<'_> {
         };
         Err(Error::new(ErrorCode::NotHomed, message)
             .remedy(Action::Home, "homes it")
-            .remedy((Setting::Unhomed, Given::On), "goes on anyway"))
+            .remedy((Setting::Unhomed, SettingValue::On), "goes on anyway"))
     }
 
     /// Prepares for a homing command: reads what later decides if the homing counts, and the

@@ -11,7 +11,7 @@ use magician_protocol::commands::{ClearAlarmsState, DeviceWithL, HomeCmd, Pose, 
 use magician_protocol::{Alarm, AlarmSet, Set};
 
 use super::Arm;
-use super::run::{Ran, RunOptions};
+use super::run::{RunOptions, RunSummary};
 use super::watch::Progress;
 use crate::connection::Request;
 use crate::preflight::{
@@ -52,7 +52,7 @@ impl Arm {
         commands: &[Set],
         options: RunOptions,
         progress: impl FnMut(Progress),
-    ) -> Result<Ran> {
+    ) -> Result<RunSummary> {
         let stops = options.stops.unwrap_or_else(|| self.stops());
         let guards = options.guards;
         self.permission().check(commands)?;

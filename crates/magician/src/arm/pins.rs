@@ -4,7 +4,7 @@ use magician_protocol::commands::{GetIoDi, GetIoMultiplexing, IoDi, IoMultiplexi
 use magician_protocol::{IoFunction, Set};
 
 use super::laser::answered;
-use super::{Arm, Ran};
+use super::{Arm, RunSummary};
 use crate::{Act, Error, PinUse, Result, build};
 
 /// EIO pins of an arm, returned by [`Arm::pins`].
@@ -31,7 +31,7 @@ impl Pins<'_> {
     ///
     /// # Errors
     /// Same as [`move_to`](Arm::move_to).
-    pub async fn wait_for_input(self, address: u8, high: bool) -> Result<Ran> {
+    pub async fn wait_for_input(self, address: u8, high: bool) -> Result<RunSummary> {
         self.arm.run(&[build::wait_for_level(address, high)]).await
     }
 

@@ -19,7 +19,7 @@ use super::Arm;
 use super::flow::Flow;
 use crate::connection::Request;
 use crate::message;
-use crate::{Action, Error, ErrorCode, ErrorKind, Given, QueueIndex, Result, Setting};
+use crate::{Action, Error, ErrorCode, ErrorKind, QueueIndex, Result, Setting, SettingValue};
 
 /// Command queue of an arm, returned by [`Arm::queue`]. [`Arm::enqueue`] and [`Arm::run`] fill it.
 #[derive(Clone, Copy, Debug)]
@@ -136,7 +136,7 @@ impl<'a> Queue<'a> {
         };
         Err(Error::new(ErrorCode::ForeignCommands, message)
             .remedy(Action::Stop, format!("drops {them}"))
-            .remedy((Setting::Keep, Given::On), format!("runs {them}")))
+            .remedy((Setting::Keep, SettingValue::On), format!("runs {them}")))
     }
 
     /// Returns the number of waiting commands that this connection did not send.

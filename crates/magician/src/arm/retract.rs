@@ -14,7 +14,7 @@ use crate::{Error, ErrorCode, Result};
 /// Result of a [`lift`](Arm::lift).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Lifted {
+pub struct LiftResult {
     /// Requested height, mm.
     pub asked: f64,
     /// Actual height, mm: less at the end of the arm's reach, 0 if it cannot move up.
@@ -50,13 +50,13 @@ impl Arm {
     /// if its position is unknown because it moves or has commands in its queue
     /// ([`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput)), or after a stop since the
     /// call ([`ErrorKind::Closed`](crate::ErrorKind::Closed)); else as [`run`](Self::run).
-    pub async fn lift(&self, height: f64) -> Result<Lifted> {
+    pub async fn lift(&self, height: f64) -> Result<LiftResult> {
         let stops = self.stops();
         // The target does not matter: only the kind of move decides which settings are read.
         let course = course_from_here(self, &[line_to(0.0, 0.0, 0.0, 0.0)]).await?;
         let lift = course.lift(height)?;
         retract(self, course, &lift.commands, stops).await?;
-        Ok(Lifted {
+        Ok(LiftResult {
             asked: height,
             by: lift.by,
             pose: self.get().await?,
@@ -112,7 +112,7 @@ async fn retract(arm: &Arm, course: Preflight, commands: &[Set], stops: u64) -> 
 }
 
 /// Describes the lift as a sentence.
-impl fmt::Display for Lifted {
+impl fmt::Display for LiftResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { asked, by, .. } = self;
         if *by <= 0.0 {

@@ -4,7 +4,7 @@ use magician_protocol::Set;
 use magician_protocol::commands::Pose;
 
 use super::Arm;
-use crate::{IntoTarget, Options, Ran, Result};
+use crate::{IntoTarget, Options, Result, RunSummary};
 
 /// Defines blocking methods that forward their arguments and wait.
 macro_rules! same {
@@ -38,9 +38,9 @@ impl Arm {
 same! {
     home() -> ();
     pose() -> Pose;
-    move_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
-    line_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
-    jump_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
-    run(commands: &[Set]) -> Ran;
+    move_to(x: f32, y: f32, z: f32, r: f32) -> RunSummary;
+    line_to(x: f32, y: f32, z: f32, r: f32) -> RunSummary;
+    jump_to(x: f32, y: f32, z: f32, r: f32) -> RunSummary;
+    run(commands: &[Set]) -> RunSummary;
     stop() -> ();
 }

@@ -3,7 +3,7 @@
 use magician_protocol::{AlarmSet, Set, Stepper};
 
 use super::Arm;
-use crate::{QueueIndex, Ran, Result};
+use crate::{QueueIndex, Result, RunSummary};
 
 /// Defines handles with blocking versions of the async methods.
 macro_rules! handles {
@@ -60,7 +60,7 @@ handles! {
     }
     Pins by pins {
         input(address: u8) -> bool;
-        wait_for_input(address: u8, high: bool) -> Ran;
+        wait_for_input(address: u8, high: bool) -> RunSummary;
         drive(command: &Set) -> ();
     }
     Motors by motors {

@@ -32,7 +32,8 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use crate::connection::Stats;
 use crate::preflight::Preflight;
 use crate::{
-    IntoTarget, Lifted, Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper,
+    IntoTarget, LiftResult, Link, Options, Progress, QueueIndex, Result, RunOptions, RunSummary,
+    Stopper,
 };
 use first_program::same;
 pub use handles::{FrontEnd, Homing, Laser, Motors, Pins, Queue};
@@ -226,7 +227,7 @@ impl Arm {
         commands: &[Set],
         options: RunOptions,
         progress: impl FnMut(Progress),
-    ) -> Result<Ran> {
+    ) -> Result<RunSummary> {
         self.block(|arm| async move { arm.run_with(commands, options, progress).await })
     }
 
@@ -270,7 +271,7 @@ same! {
     reconnected() -> ();
     stop_gentle() -> ();
     stop_jog() -> ();
-    lift(height: f64) -> Lifted;
+    lift(height: f64) -> LiftResult;
     park(place: [f64; 3]) -> Pose;
     alarms() -> AlarmSet;
     clear_alarms() -> ();

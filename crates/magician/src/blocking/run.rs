@@ -2,7 +2,7 @@
 
 use super::Arm;
 use crate::preflight::Preflight;
-use crate::{CommandSource, Progress, Ran, Result};
+use crate::{CommandSource, Progress, Result, RunSummary};
 
 /// See [`crate::Run`].
 #[derive(Debug)]
@@ -29,7 +29,7 @@ impl<C: CommandSource> Run<C> {
     ///
     /// # Errors
     /// As there.
-    pub fn wait(&mut self, progress: impl FnMut(Progress)) -> Result<Ran> {
+    pub fn wait(&mut self, progress: impl FnMut(Progress)) -> Result<RunSummary> {
         self.arm.owner.block(|_| self.run.wait(progress))
     }
 
@@ -41,7 +41,7 @@ impl<C: CommandSource> Run<C> {
 
     /// See [`crate::Run::ran`].
     #[must_use]
-    pub fn ran(&self) -> Ran {
+    pub fn ran(&self) -> RunSummary {
         self.run.ran()
     }
 }

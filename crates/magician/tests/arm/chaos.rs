@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::commands::{CpCmd, WaitCmd};
 use magician::protocol::{CpMode, FrameBuf};
 use magician::stream::LINE_TOLERANCE;
-use magician::{Arm, Ctrl, ErrorCode, ErrorKind, Options, Ran, Run, RunOptions, Set};
+use magician::{Arm, Ctrl, ErrorCode, ErrorKind, Options, Run, RunOptions, RunSummary, Set};
 use tokio::time::{sleep, timeout};
 
 use crate::desk::{Desk, Dice};
@@ -79,7 +79,7 @@ struct Endings {
 }
 
 impl Endings {
-    fn count(&mut self, ended: magician::Result<Ran>, begun: usize, name: &str) {
+    fn count(&mut self, ended: magician::Result<RunSummary>, begun: usize, name: &str) {
         match ended {
             Ok(ran) => {
                 assert_eq!((begun, ran.commands), (120, 120), "{name}");
@@ -96,7 +96,10 @@ impl Endings {
     }
 }
 
-async fn to_its_end<C: Iterator<Item = Set>>(arm: &Arm, run: &mut Run<C>) -> magician::Result<Ran> {
+async fn to_its_end<C: Iterator<Item = Set>>(
+    arm: &Arm,
+    run: &mut Run<C>,
+) -> magician::Result<RunSummary> {
     for _ in 0..50 {
         match run.wait(|_| {}).await {
             Ok(ran) => return Ok(ran),

@@ -6,7 +6,8 @@ use magician::commands::{Pose, WaitCmd};
 use magician::protocol::FrameBuf;
 use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
 use magician::{
-    Action, Arm, Ctrl, ErrorCode, ErrorKind, Given, Options, Remedy, RunOptions, Setting, build,
+    Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, Remedy, RunOptions, Setting, SettingValue,
+    build,
 };
 use tokio::time::{Instant, sleep};
 
@@ -104,7 +105,7 @@ async fn will_not_start_what_others_left_behind() {
     assert_eq!(error.code(), ErrorCode::ForeignCommands);
     let ways = [
         Remedy::new(Action::Stop, "drops it"),
-        Remedy::new((Setting::Keep, Given::On), "runs it"),
+        Remedy::new((Setting::Keep, SettingValue::On), "runs it"),
     ];
     assert_eq!(error.remedies(), ways);
     assert_eq!(

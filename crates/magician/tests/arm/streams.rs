@@ -6,7 +6,7 @@ use std::time::Duration;
 use magician::protocol::Set;
 use magician::sim::{ArmInstant, Controller, ExternalEvent};
 use magician::{
-    Arm, ErrorKind, Feeder, Options, Ran, Result, RunOptions, SimSpeed, VirtualArm, build,
+    Arm, ErrorKind, Feeder, Options, Result, RunOptions, RunSummary, SimSpeed, VirtualArm, build,
 };
 use tokio::task::yield_now;
 use tokio::time::sleep;
@@ -52,7 +52,12 @@ async fn tell(feeder: Feeder, program: &[Set], pause: Duration) -> usize {
     told
 }
 
-async fn stream(arm: &Arm, ahead: usize, program: &[Set], pause: Duration) -> (Result<Ran>, usize) {
+async fn stream(
+    arm: &Arm,
+    ahead: usize,
+    program: &[Set],
+    pause: Duration,
+) -> (Result<RunSummary>, usize) {
     let (feeder, run) = arm.stream(ahead, RunOptions::default());
     tokio::join!(run.wait(|_| {}), tell(feeder, program, pause))
 }

@@ -14,21 +14,21 @@ pub(crate) extern "C" fn perform() -> u32 {
     let Ok(runtime) = runtime else {
         return 1;
     };
-    match runtime.block_on(performed(&crate::given())) {
+    match runtime.block_on(run_bytes(&crate::take_input())) {
         Ok(Pose { x, y, z, r, .. }) => {
             for value in [x, y, z, r] {
-                crate::made(&value.to_le_bytes());
+                crate::set_output(&value.to_le_bytes());
             }
             0
         }
         Err(error) => {
-            crate::made(error.to_string().as_bytes());
+            crate::set_output(error.to_string().as_bytes());
             2
         }
     }
 }
 
-async fn performed(bytes: &[u8]) -> Result<Pose> {
+async fn run_bytes(bytes: &[u8]) -> Result<Pose> {
     let mut commands = Vec::new();
     let mut frames = Deframer::new();
     let mut input = bytes;

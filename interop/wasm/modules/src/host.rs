@@ -9,7 +9,7 @@ use magician_host::{JointAngles, ToolBias};
 use magician_protocol::{ArmInstant, Set};
 use magician_sim::{Controller, LinkId, Profile};
 
-struct Ends {
+struct TestPair {
     connection: Connection,
     stream: Stream,
     check: Preflight,
@@ -17,7 +17,7 @@ struct Ends {
 }
 
 thread_local! {
-    static ENDS: RefCell<Ends> = RefCell::new(Ends {
+    static PAIR: RefCell<TestPair> = RefCell::new(TestPair {
         connection: Connection::new(Settings::ORDERED),
         stream: Stream::new(StreamSettings::default()),
         check: Preflight::at(JointAngles::HOME, ToolBias::SUCTION),
@@ -29,12 +29,12 @@ thread_local! {
 /// accepted.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn offer(id: u32) -> u32 {
-    let Ok(command) = Set::decode(id as u8, &crate::given()) else {
+    let Ok(command) = Set::decode(id as u8, &crate::take_input()) else {
         return 1;
     };
-    ENDS.with_borrow_mut(|ends| match ends.check.check(&command) {
+    PAIR.with_borrow_mut(|ends| match ends.check.check(&command) {
         Err(error) => {
-            crate::made(error.to_string().as_bytes());
+            crate::set_output(error.to_string().as_bytes());
             2
         }
         Ok(step) => {
@@ -53,7 +53,7 @@ pub(crate) extern "C" fn offer(id: u32) -> u32 {
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn advance(now: u64) {
     const LINK: LinkId = LinkId(0);
-    ENDS.with_borrow_mut(|ends| {
+    PAIR.with_borrow_mut(|ends| {
         ends.arm.advance(ArmInstant::from_micros(now));
         ends.connection.handle_timeout(now);
         ends.stream.advance(now, &mut ends.connection);
@@ -69,7 +69,7 @@ pub(crate) extern "C" fn advance(now: u64) {
             }
         }
         for value in ends.arm.state().pose.to_array() {
-            crate::made(&value.to_le_bytes());
+            crate::set_output(&value.to_le_bytes());
         }
     });
 }

@@ -13,20 +13,20 @@ mod program;
 use std::cell::RefCell;
 
 thread_local! {
-    static GIVEN: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
-    static MADE: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+    static INPUT: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+    static OUTPUT: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Appends a byte to the input of the next call.
 #[unsafe(no_mangle)]
 pub extern "C" fn give(byte: u32) {
-    GIVEN.with_borrow_mut(|given| given.push(byte as u8));
+    INPUT.with_borrow_mut(|given| given.push(byte as u8));
 }
 
 /// Removes and returns the last byte of the output; -1 if it is empty.
 #[unsafe(no_mangle)]
 pub extern "C" fn take() -> i32 {
-    MADE.with_borrow_mut(|made| made.pop().map_or(-1, i32::from))
+    OUTPUT.with_borrow_mut(|made| made.pop().map_or(-1, i32::from))
 }
 
 /// Takes the input given since the last call.
@@ -34,14 +34,14 @@ pub extern "C" fn take() -> i32 {
     not(any(feature = "arm", feature = "host", feature = "program")),
     expect(dead_code)
 )]
-fn given() -> Vec<u8> {
-    GIVEN.take()
+fn take_input() -> Vec<u8> {
+    INPUT.take()
 }
 
 #[cfg_attr(
     not(any(feature = "arm", feature = "host", feature = "program")),
     expect(dead_code)
 )]
-fn made(bytes: &[u8]) {
-    MADE.with_borrow_mut(|made| made.extend(bytes));
+fn set_output(bytes: &[u8]) {
+    OUTPUT.with_borrow_mut(|made| made.extend(bytes));
 }

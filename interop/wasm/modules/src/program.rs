@@ -19,7 +19,7 @@ fn start() -> Preflight {
 /// Reads the given file. Returns 0 on success, with the plan file as output; otherwise the error.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn plan() -> u32 {
-    let bytes = crate::given();
+    let bytes = crate::take_input();
     let Some(format) = Format::of("", &bytes) else {
         return 1;
     };
@@ -29,12 +29,12 @@ pub(crate) extern "C" fn plan() -> u32 {
     };
     match laid() {
         Ok(plan) => {
-            crate::made(plan.to_json().as_bytes());
+            crate::set_output(plan.to_json().as_bytes());
             PLAN.set(plan);
             0
         }
         Err(problem) => {
-            crate::made(problem.to_string().as_bytes());
+            crate::set_output(problem.to_string().as_bytes());
             2
         }
     }
@@ -58,7 +58,7 @@ pub(crate) extern "C" fn resume(step: u64) -> i64 {
 /// Draws the plan as SVG.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn preview() {
-    crate::made(shown().to_svg().as_bytes());
+    crate::set_output(shown().to_svg().as_bytes());
 }
 
 fn shown() -> Preview {
@@ -72,7 +72,7 @@ fn shown() -> Preview {
 #[cfg(feature = "picture")]
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn picture(pixels_per_mm: f64) {
-    crate::made(&shown().to_png(pixels_per_mm).unwrap_or_default());
+    crate::set_output(&shown().to_png(pixels_per_mm).unwrap_or_default());
 }
 
 /// Rehearses the plan on a virtual arm. Returns the number of completed steps, with the drawing as
@@ -82,7 +82,7 @@ pub(crate) extern "C" fn rehearsal() -> i64 {
     let done = PLAN.with_borrow(|plan| rehearse(plan, &RehearseOptions::default()));
     done.map_or(-1, |done| {
         let svg = drawing_svg(&done.drawing, &DrawingOptions::default());
-        crate::made(svg.as_bytes());
+        crate::set_output(svg.as_bytes());
         done.steps as i64
     })
 }

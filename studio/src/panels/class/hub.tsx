@@ -6,10 +6,10 @@ import { roll, watchRoll } from "./roll";
 import { w } from "./words";
 
 /** Description of the place where pupils sign in. */
-export const placeOf = (machines: readonly unknown[]): string =>
+export const signInPlace = (machines: readonly unknown[]): string =>
   machines.length > 0 ? w("hub.machines", { machines: machines.join(", ") }) : w("hub.place");
 
-export function AtStations() {
+export function StationsCard() {
   useEffect(watchRoll, []);
   const machines = [...new Set(store.arms.value.flatMap(({ machine }) => machine ?? []))].sort();
   const missing = roll.value?.missing ?? [];
@@ -17,7 +17,7 @@ export function AtStations() {
   return (
     <Card title={w("pupils.title")} class="arms">
       <p class="hint" data-testid="class-stations">
-        {placeOf(machines)}
+        {signInPlace(machines)}
       </p>
       {missing.length > 0 ? (
         <p class="hint bad" role="status" data-testid="class-missing">

@@ -5,12 +5,12 @@ import * as store from "../../store";
 import { Card } from "../../ui/parts";
 import { Site } from "../site";
 import { Conduct } from "./conduct";
-import { Door } from "./door";
-import { AtStations } from "./hub";
-import { Make } from "./make";
+import { ClassEditor } from "./editor";
+import { StationsCard } from "./hub";
 import { PupilPage } from "./pupil";
 import { Pupils } from "./pupils";
 import { Results } from "./results";
+import { SignIn } from "./signin";
 import { Slips, slips } from "./slips";
 import "./class.css";
 
@@ -20,12 +20,12 @@ function Teacher() {
     <>
       <Conduct />
       <Site pictures={false} />
-      {store.hub.value ? <AtStations /> : <Pupils />}
+      {store.hub.value ? <StationsCard /> : <Pupils />}
       <Results />
-      <Make />
+      <ClassEditor />
     </>
   ) : (
-    <Make />
+    <ClassEditor />
   );
 }
 
@@ -35,10 +35,10 @@ export function Class() {
   return (
     <div class="columns class-page">
       {audience === "door" ? (
-        <Door />
+        <SignIn />
       ) : audience === "pupil" || (hasClass.value && role === "student") ? (
         store.hub.value ? (
-          <AtStations />
+          <StationsCard />
         ) : (
           <PupilPage />
         )

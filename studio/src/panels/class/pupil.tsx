@@ -1,16 +1,16 @@
 // A pupil's page: the arm, the place in the queue, and the workshops. Nothing of the teacher's.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { tried } from "../../actions";
-import { isOwn, leftOf, myArms, myPlace, myTurn, turns } from "../../class";
+import { attempt } from "../../actions";
+import { isMyName, myArms, myPlace, myTurn, remainingSeconds, turns } from "../../class";
 import { LANGUAGES, t } from "../../i18n";
-import { duration } from "../../run/jobs";
+import { formatDuration } from "../../run/jobs";
 import { call, signOut } from "../../session";
 import { language } from "../../settings";
-import { doingOf, jobs, watchSite } from "../../site";
+import { activityText, jobs, watchSite } from "../../site";
 import * as store from "../../store";
 import ICONS from "../../ui/icons.json";
-import { Card, Do, Pick } from "../../ui/parts";
+import { Button, Card, Pick } from "../../ui/parts";
 import { reasonOf, whyWaits } from "./reasons";
 import { w } from "./words";
 
@@ -18,7 +18,7 @@ import { w } from "./words";
 function Paused() {
   const own = store.arms.value
     .flatMap(({ name }) => jobs.get(name) ?? [])
-    .filter(({ state, holder }) => state === "paused" && isOwn(holder?.name ?? null));
+    .filter(({ state, holder }) => state === "paused" && isMyName(holder?.name ?? null));
   return (
     <div data-testid="mine-paused" role="status">
       {own.map(({ job, title, arm }) => (
@@ -33,7 +33,7 @@ function Paused() {
 function MyArm() {
   const turn = myTurn.value;
   const arm = store.arms.value.find(({ name }) => name === turn?.arm);
-  const left = turn === null ? null : leftOf(turn);
+  const left = turn === null ? null : remainingSeconds(turn);
   const allFrozen = turns.value?.arms.every(({ frozen }) => frozen) === true;
   return (
     <Card title={w("pupil.arm")} class="pupil-card">
@@ -43,15 +43,17 @@ function MyArm() {
         ) : (
           <>
             <p class="big">{turn.arm}</p>
-            <p class={turn.frozen ? "why" : ""}>{turn.frozen ? w("class.wait.frozen") : doingOf(arm)}</p>
+            <p class={turn.frozen ? "why" : ""}>{turn.frozen ? w("class.wait.frozen") : activityText(arm)}</p>
             {left === null ? null : (
-              <p class={`left ${left <= 60 ? "soon" : ""}`}>{w("pupil.left", { left: duration(left) })}</p>
+              <p class={`left ${left <= 60 ? "soon" : ""}`}>{w("pupil.left", { left: formatDuration(left) })}</p>
             )}
           </>
         )}
       </div>
       <Paused />
-      {turn === null ? null : <Do id="turn" text={w("pupil.done")} press={() => tried(() => call("turn.leave", {}))} />}
+      {turn === null ? null : (
+        <Button id="turn" text={w("pupil.done")} press={() => attempt(() => call("turn.leave", {}))} />
+      )}
     </Card>
   );
 }
@@ -61,9 +63,9 @@ function MyPlace() {
   const wish = useSignal(any);
   const place = myPlace.value;
   const jobs = (turns.value?.arms ?? []).flatMap(({ arm, jobs = [] }) =>
-    jobs.filter(({ person }) => isOwn(person)).map((job) => ({ ...job, arm })),
+    jobs.filter(({ person }) => isMyName(person)).map((job) => ({ ...job, arm })),
   );
-  const join = () => tried(() => call("turn.join", wish.value === any ? {} : { arm: wish.value }));
+  const join = () => attempt(() => call("turn.join", wish.value === any ? {} : { arm: wish.value }));
   const arms = myArms.value;
   const why = place === null ? null : whyWaits(place);
   return (
@@ -80,7 +82,7 @@ function MyPlace() {
         )}
       </div>
       {place !== null ? (
-        <Do id="turn" text={t("class.leave")} press={() => tried(() => call("turn.leave", {}))} />
+        <Button id="turn" text={t("class.leave")} press={() => attempt(() => call("turn.leave", {}))} />
       ) : myTurn.value !== null ? null : (
         <div class="join">
           {arms.length > 1 ? (
@@ -92,7 +94,7 @@ function MyPlace() {
               choose={(arm) => (wish.value = arm)}
             />
           ) : null}
-          <Do id="turn" class="primary" text={t("class.join")} press={join} />
+          <Button id="turn" class="primary" text={t("class.join")} press={join} />
         </div>
       )}
       {jobs.map(({ job, title, arm, reason }) => (
@@ -116,7 +118,7 @@ export function PupilPage() {
         class="arms pupil"
         more={
           store.pupil.value === null ? null : (
-            <Do id="class-signout" class="quiet small" text={w("pupil.signout")} press={leave} />
+            <Button id="class-signout" class="quiet small" text={w("pupil.signout")} press={leaveClass} />
           )
         }
       >
@@ -150,7 +152,7 @@ export function PupilPage() {
 }
 
 /** Signs out and ends the turn at once, without the grace time for absent pupils. */
-async function leave(): Promise<void> {
+async function leaveClass(): Promise<void> {
   if (myTurn.value !== null || myPlace.value !== null) await call("turn.leave", {}).catch(() => {});
   signOut();
 }

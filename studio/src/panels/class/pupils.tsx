@@ -1,14 +1,14 @@
 // Pupils of the class: present, with an arm, waiting, absent.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { tried } from "../../actions";
+import { attempt } from "../../actions";
 import { turns } from "../../class";
 import { t } from "../../i18n";
 import { call } from "../../session";
 import * as store from "../../store";
-import { Card, Do, Heads } from "../../ui/parts";
+import { Button, Card, ColumnHeads } from "../../ui/parts";
 import { whyWaits } from "./reasons";
-import { type Roll, read, roll, watchRoll } from "./roll";
+import { type Roll, readRoll, roll, watchRoll } from "./roll";
 import { slips } from "./slips";
 import { w } from "./words";
 
@@ -23,10 +23,10 @@ function statusOf({ name, here, place, arm }: Pupil): { text: string; is: "arm" 
   return here ? { text: w("pupils.here"), is: "here" } : { text: w("pupils.missing"), is: "missing" };
 }
 
-async function renew({ name, here }: Pupil): Promise<void> {
+async function renewCode({ name, here }: Pupil): Promise<void> {
   if (here && !(await store.ask(w("pupils.renew.title", { name }), w("pupils.renew.text"), w("pupils.renew")))) return;
   await call("class.codes", { pupils: [name] });
-  await read();
+  await readRoll();
 }
 
 export function Pupils() {
@@ -36,20 +36,20 @@ export function Pupils() {
   const pupils = roll.value?.pupils ?? [];
   const more = (
     <div class="buttons-row">
-      <Do
+      <Button
         id="class-codes"
         class="quiet small"
         aria-pressed={shows.value}
         text={w(shows.value ? "pupils.hide" : "pupils.show")}
         press={() => (shows.value = !shows.value)}
       />
-      <Do id="class-slips" class="small" text={w("pupils.slips")} press={() => (slips.value = pupils)} />
+      <Button id="class-slips" class="small" text={w("pupils.slips")} press={() => (slips.value = pupils)} />
     </div>
   );
   return (
     <Card title={w("pupils.title")} class="arms" more={more}>
       <table data-testid="class-pupils" class="pupils">
-        <Heads
+        <ColumnHeads
           names={[w("pupils.name"), w("pupils.status"), w("door.code"), w("pupils.do")]}
           unseen={[w("pupils.do")]}
         />
@@ -75,19 +75,19 @@ export function Pupils() {
                 <td>
                   <div class="buttons-row">
                     {pupil.place != null ? (
-                      <Do
+                      <Button
                         class="quiet small"
                         label={w("pupils.out.of", { name: pupil.name })}
                         text={w("pupils.out")}
-                        press={() => tried(() => call("turn.leave", { person: pupil.name }))}
+                        press={() => attempt(() => call("turn.leave", { person: pupil.name }))}
                       />
                     ) : null}
-                    <Do
+                    <Button
                       id={`class-renew-${pupil.name}`}
                       class="quiet small"
                       label={w("pupils.renew.title", { name: pupil.name })}
                       text={w("pupils.renew")}
-                      press={() => tried(() => renew(pupil))}
+                      press={() => attempt(() => renewCode(pupil))}
                     />
                   </div>
                 </td>

@@ -1,5 +1,5 @@
 // Reasons why pupils and their programs wait, as text.
-import { clockOf, type Place } from "../../class";
+import { formatTime, type Place } from "../../class";
 import { isWord, w } from "./words";
 
 /** Reason why a program waits; an unknown reason is shown as received. */
@@ -15,6 +15,6 @@ export function reasonOf(reason: string | null): string {
 export function whyWaits({ reason, from }: Place): string | null {
   if (!reason) return null;
   return reason === "schedule" && from !== null
-    ? w("class.wait.from", { time: clockOf(from) })
+    ? w("class.wait.from", { time: formatTime(from) })
     : w(`class.wait.${reason}`);
 }

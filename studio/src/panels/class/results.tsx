@@ -1,21 +1,21 @@
 // Results of the class, as pictures from the station.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { tried } from "../../actions";
-import type { Result, Told } from "../../client";
+import { attempt } from "../../actions";
+import type { Result, StationNotification } from "../../client";
 import { t } from "../../i18n";
 import { save } from "../../log";
-import { call, files, notified } from "../../session";
+import { call, fileEndpoint, notificationListeners } from "../../session";
 import * as store from "../../store";
-import { Card, Do } from "../../ui/parts";
+import { Button, Card } from "../../ui/parts";
 import { w } from "./words";
 
 /** Largest number of retries for a result without a picture, and the pause between them, ms. */
-const LOOKS = 5;
-const AGAIN = 1000;
+const MAX_RETRIES = 5;
+const RETRY_DELAY = 1000;
 
-async function page(): Promise<void> {
-  const { url, headers } = files() ?? { url: "programs/", headers: {} };
+async function saveResults(): Promise<void> {
+  const { url, headers } = fileEndpoint() ?? { url: "programs/", headers: {} };
   const answer = await fetch(url.replace("programs/", "class/results.html"), { headers });
   if (!answer.ok) throw new Error(await answer.text());
   save("results.html", await answer.text(), "text/html");
@@ -31,18 +31,18 @@ export function Results() {
       call("class.results", {}).then(
         (told) => {
           results.value = told.results;
-          if (looks > 1 && told.results.at(-1)?.svg === "") timer = setTimeout(() => read(looks - 1), AGAIN);
+          if (looks > 1 && told.results.at(-1)?.svg === "") timer = setTimeout(() => read(looks - 1), RETRY_DELAY);
         },
         () => {},
       );
     };
-    const hear = (...[method, params]: Told) => {
-      if (method === "job.changed" && params.job.state === "done") read(LOOKS);
+    const hear = (...[method, params]: StationNotification) => {
+      if (method === "job.changed" && params.job.state === "done") read(MAX_RETRIES);
     };
-    const end = effect(() => void (store.socket.value === "up" && read(LOOKS)));
-    notified.add(hear);
+    const end = effect(() => void (store.socket.value === "up" && read(MAX_RETRIES)));
+    notificationListeners.add(hear);
     return () => {
-      notified.delete(hear);
+      notificationListeners.delete(hear);
       clearTimeout(timer);
       end();
     };
@@ -53,7 +53,9 @@ export function Results() {
     <Card
       title={t("site.pictures")}
       class="arms"
-      more={<Do id="class-results" class="quiet small" text={t("class.results")} press={() => tried(page)} />}
+      more={
+        <Button id="class-results" class="quiet small" text={t("class.results")} press={() => attempt(saveResults)} />
+      }
     >
       {all.length === 0 ? <p class="hint">{w("results.none")}</p> : null}
       <ul class="results" data-testid="results">

@@ -3,7 +3,7 @@
 import { signal, useSignal } from "@preact/signals";
 import { correction, generate } from "lean-qr";
 import { toSvgDataURL } from "lean-qr/extras/svg";
-import { Do, TextField } from "../../ui/parts";
+import { Button, TextField } from "../../ui/parts";
 import type { Roll } from "./roll";
 import { w } from "./words";
 
@@ -17,10 +17,10 @@ export const slips = signal<Roll["pupils"] | null>(null);
 const addressOf = (place: string, name: string, code: string): string =>
   `${place}/#/class?${new URLSearchParams({ name, code })}`;
 
-const pictureOf = (text: string): string =>
+const qrCodeOf = (text: string): string =>
   toSvgDataURL(generate(text, { minCorrectionLevel: correction.M }), { on: "#000", off: "#fff" });
 
-const isHere = (place: string): boolean => /^https?:\/\/(localhost|127\.|\[::1\])/.test(place);
+const isLocal = (place: string): boolean => /^https?:\/\/(localhost|127\.|\[::1\])/.test(place);
 
 export function Slips() {
   const place = useSignal(location.origin);
@@ -36,19 +36,19 @@ export function Slips() {
           inputMode="url"
           live
           set={(text) => (place.value = text)}
-          hint={w(isHere(base) ? "slips.here" : "slips.hint")}
-          bad={isHere(base)}
+          hint={w(isLocal(base) ? "slips.here" : "slips.hint")}
+          bad={isLocal(base)}
         />
         <div class="buttons-row">
-          <Do id="slips-print" class="primary" text={w("slips.print")} press={() => print()} />
-          <Do id="slips-back" text={w("slips.back")} press={() => (slips.value = null)} />
+          <Button id="slips-print" class="primary" text={w("slips.print")} press={() => print()} />
+          <Button id="slips-back" text={w("slips.back")} press={() => (slips.value = null)} />
         </div>
       </div>
       <ul class="slips">
         {pupils.map(({ name, code }) => (
           <li key={name} data-testid={`slip-${name}`}>
             <a href={addressOf(base, name, code ?? "")} target="_blank" rel="noreferrer">
-              <img alt={w("slips.qr", { name })} src={pictureOf(addressOf(base, name, code ?? ""))} />
+              <img alt={w("slips.qr", { name })} src={qrCodeOf(addressOf(base, name, code ?? ""))} />
             </a>
             <p class="slip-name">{name}</p>
             <p class="slip-code">{code}</p>

@@ -69,7 +69,10 @@ pub(super) fn read(build: &Build) -> Result<Linked, Box<dyn Error>> {
     let (mut crates, mut macros, mut embedded) = (Vec::new(), Vec::new(), Vec::new());
     let mut known = 0;
     for package in packages {
-        let key = (word(package, "name"), word(package, "version"));
+        let key = (
+            string_member(package, "name"),
+            string_member(package, "version"),
+        );
         if !all.contains(&key) {
             continue;
         }
@@ -77,12 +80,12 @@ pub(super) fn read(build: &Build) -> Result<Linked, Box<dyn Error>> {
         let is_code = code.contains(&key);
         if package["source"].is_null() {
             if is_code {
-                embedded.extend(data_of(package)?);
+                embedded.extend(embedded_data(package)?);
             }
         } else if is_code {
-            crates.push(other(package));
+            crates.push(third_party_package(package));
         } else {
-            macros.push(other(package));
+            macros.push(third_party_package(package));
         }
     }
     if crates.is_empty() || known != all.len() {
@@ -129,38 +132,41 @@ fn tree(build: &Build, edges: &str) -> Result<BTreeSet<(String, String)>, Box<dy
             .flat_map(|feature| ["--features", feature]),
     );
     command.args(["--target", build.target.as_deref().unwrap_or("all")]);
-    let told = String::from_utf8(dist::output(&mut command)?)?;
-    let lines = told.lines().filter(|line| !line.trim().is_empty());
+    let printed = String::from_utf8(dist::output(&mut command)?)?;
+    let lines = printed.lines().filter(|line| !line.trim().is_empty());
     lines
-        .map(|line| named(line).ok_or_else(|| format!("not understood: {line}").into()))
+        .map(|line| parse_package(line).ok_or_else(|| format!("not understood: {line}").into()))
         .collect()
 }
 
 /// Parses `name v1.2.3 (anything else)`.
-fn named(line: &str) -> Option<(String, String)> {
+fn parse_package(line: &str) -> Option<(String, String)> {
     let mut words = line.split_whitespace();
     let (name, version) = (words.next()?, words.next()?.strip_prefix('v')?);
     Some((name.to_owned(), version.to_owned()))
 }
 
-fn word(package: &Value, key: &str) -> String {
+fn string_member(package: &Value, key: &str) -> String {
     package[key].as_str().unwrap_or_default().to_owned()
 }
 
 fn folder(package: &Value) -> PathBuf {
-    let mut path = PathBuf::from(word(package, "manifest_path"));
+    let mut path = PathBuf::from(string_member(package, "manifest_path"));
     path.pop();
     path
 }
 
-fn other(package: &Value) -> Package {
+fn third_party_package(package: &Value) -> Package {
     let authors = package["authors"].as_array().into_iter().flatten();
-    let homes = ["repository", "homepage"].map(|key| word(package, key));
-    let registry = format!("https://crates.io/crates/{}", word(package, "name"));
+    let homes = ["repository", "homepage"].map(|key| string_member(package, key));
+    let registry = format!(
+        "https://crates.io/crates/{}",
+        string_member(package, "name")
+    );
     Package {
-        name: word(package, "name"),
-        version: word(package, "version"),
-        licence: word(package, "license"),
+        name: string_member(package, "name"),
+        version: string_member(package, "version"),
+        licence: string_member(package, "license"),
         authors: authors
             .filter_map(|author| author.as_str().map(str::to_owned))
             .collect(),
@@ -172,7 +178,7 @@ fn other(package: &Value) -> Package {
     }
 }
 
-fn data_of(package: &Value) -> Result<Vec<Embedded>, Box<dyn Error>> {
+fn embedded_data(package: &Value) -> Result<Vec<Embedded>, Box<dyn Error>> {
     let folder = folder(package);
     let entries = package["metadata"]["third-party"].as_array();
     let mut all = Vec::new();

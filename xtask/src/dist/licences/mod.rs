@@ -22,7 +22,7 @@ pub(crate) fn page(build: &Build) -> Result<String, Box<dyn Error>> {
         macros,
         embedded,
     } = linked::read(build)?;
-    let mut texts = Texts::default();
+    let mut texts = UniqueTexts::default();
     let mut page = format!(
         "What is in {}, written by others, and its licences.\n\n\
          magician itself is under MIT or Apache-2.0, at your choice: LICENSE-MIT and LICENSE-APACHE.\n",
@@ -31,16 +31,16 @@ pub(crate) fn page(build: &Build) -> Result<String, Box<dyn Error>> {
     if build.target.is_none() {
         page += "This page is for every platform; what is for one of them only is listed too.\n";
     }
-    head(&mut page, "Linked into it");
+    add_heading(&mut page, "Linked into it");
     for package in &crates {
-        list(&mut page, &mut texts, package)?;
+        add_package(&mut page, &mut texts, package)?;
     }
-    head(&mut page, "Macros that wrote some of its code");
+    add_heading(&mut page, "Macros that wrote some of its code");
     for package in &macros {
-        list(&mut page, &mut texts, package)?;
+        add_package(&mut page, &mut texts, package)?;
     }
     if !embedded.is_empty() {
-        head(&mut page, "Data in it");
+        add_heading(&mut page, "Data in it");
     }
     for data in &embedded {
         let Embedded {
@@ -54,8 +54,8 @@ pub(crate) fn page(build: &Build) -> Result<String, Box<dyn Error>> {
         writeln!(page, "{name}: {licence}, {source}\n    {copyright}")?;
         texts.add(name, text);
     }
-    head(&mut page, "What the compiler adds");
-    for part in texts::of_the_compiler(build.target.as_deref()) {
+    add_heading(&mut page, "What the compiler adds");
+    for part in texts::compiler_parts(build.target.as_deref()) {
         writeln!(page, "{}: {}, {}", part.name, part.licence, part.home)?;
         for text in part.texts {
             texts.add(part.name, &text);
@@ -65,11 +65,15 @@ pub(crate) fn page(build: &Build) -> Result<String, Box<dyn Error>> {
     Ok(page)
 }
 
-fn head(page: &mut String, words: &str) {
+fn add_heading(page: &mut String, words: &str) {
     let _ = write!(page, "\n{words}\n{}\n\n", "-".repeat(words.len()));
 }
 
-fn list(page: &mut String, texts: &mut Texts, package: &Package) -> Result<(), Box<dyn Error>> {
+fn add_package(
+    page: &mut String,
+    texts: &mut UniqueTexts,
+    package: &Package,
+) -> Result<(), Box<dyn Error>> {
     let (name, version) = (&package.name, &package.version);
     writeln!(
         page,
@@ -79,7 +83,7 @@ fn list(page: &mut String, texts: &mut Texts, package: &Package) -> Result<(), B
     if !package.authors.is_empty() {
         writeln!(page, "    by {}", package.authors.join(", "))?;
     }
-    let own = texts::of_crate(package)?;
+    let own = texts::texts_of_crate(package)?;
     if own.standard {
         writeln!(
             page,
@@ -98,12 +102,12 @@ fn list(page: &mut String, texts: &mut Texts, package: &Package) -> Result<(), B
 
 /// Licence texts without duplicates, each with the names it applies to.
 #[derive(Default)]
-struct Texts {
+struct UniqueTexts {
     /// Keyed by the words of the text, so that line breaks do not matter.
     all: BTreeMap<String, (String, Vec<String>)>,
 }
 
-impl Texts {
+impl UniqueTexts {
     fn add(&mut self, of: &str, text: &str) {
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let entry = || (text.trim_end().to_owned(), Vec::new());
@@ -119,14 +123,14 @@ impl Texts {
         let line = "-".repeat(80);
         for (text, names) in self.all.values() {
             let text = text.trim_start_matches(['\u{feff}', '\n']);
-            write!(page, "\n{line}\n{}:\n\n{text}\n", wrapped("Of", names))?;
+            write!(page, "\n{line}\n{}:\n\n{text}\n", wrap_names("Of", names))?;
         }
         Ok(())
     }
 }
 
 /// Joins names with commas and wraps the lines.
-fn wrapped(head: &str, names: &[String]) -> String {
+fn wrap_names(head: &str, names: &[String]) -> String {
     let (mut all, mut column) = (head.to_owned(), head.len());
     for (at, name) in names.iter().enumerate() {
         if at > 0 {

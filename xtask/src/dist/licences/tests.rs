@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::linked::{self, Build, Package};
-use super::{Texts, page, texts};
+use super::{UniqueTexts, page, texts};
 
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 
@@ -35,7 +35,7 @@ fn package(folder: &tempfile::TempDir, licence: &str, authors: &[&str]) -> Packa
 }
 
 #[test]
-fn the_command_has_its_crates_and_the_font_on_its_page() {
+fn page_of_the_command_lists_its_crates_and_the_font() {
     let page = page(&build("magician-cli")).unwrap();
     for line in [
         "\ntokio 1.",
@@ -57,7 +57,7 @@ fn the_command_has_its_crates_and_the_font_on_its_page() {
 }
 
 #[test]
-fn a_crate_that_only_others_of_the_workspace_use_is_not_on_a_page() {
+fn page_leaves_out_crates_that_the_build_does_not_link() {
     let page = page(&build("magician-capi-v1")).unwrap();
     assert!(page.contains("\nserial2 0."));
     for other in ["mcap ", "tiny-skia ", "clap ", "Roboto"] {
@@ -66,7 +66,7 @@ fn a_crate_that_only_others_of_the_workspace_use_is_not_on_a_page() {
 }
 
 #[test]
-fn c_code_inside_a_crate_is_on_the_page_of_a_build_with_it() {
+fn page_lists_c_code_inside_linked_crates() {
     let mut build = build("magician-cli");
     let without = page(&build).unwrap();
     assert!(!without.contains("libdbus"));
@@ -81,7 +81,7 @@ fn every_crate_has_a_licence_text() {
     let linked = linked::read(&build("magician-cli")).unwrap();
     assert!(linked.crates.len() > 100, "{}", linked.crates.len());
     for package in linked.crates.iter().chain(&linked.macros) {
-        let texts = texts::of_crate(package).unwrap();
+        let texts = texts::texts_of_crate(package).unwrap();
         assert!(!texts.files.is_empty(), "{package:?}");
         assert!(!package.licence.is_empty(), "{package:?}");
     }
@@ -90,7 +90,7 @@ fn every_crate_has_a_licence_text() {
 /// Third-party bytes that are embedded must be declared in the crate's manifest. Embedded texts and
 /// sources are ours.
 #[test]
-fn every_file_that_is_built_in_is_declared() {
+fn every_embedded_file_is_declared() {
     let declared = linked::read(&build("magician-cli")).unwrap().embedded;
     let declared: Vec<_> = (declared.iter())
         .map(|data| data.file.canonicalize().unwrap())
@@ -133,11 +133,11 @@ fn collect(folder: &Path, sources: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn a_crate_without_a_text_gets_the_standard_one_for_its_authors() {
+fn crate_without_a_text_gets_the_standard_text_with_its_authors() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("LICENSE"), "../LICENSE").unwrap();
     fs::write(folder.path().join("AUTHORS"), "somebody\n".repeat(30)).unwrap();
-    let of = |licence, authors: &[&str]| texts::of_crate(&package(&folder, licence, authors));
+    let of = |licence, authors: &[&str]| texts::texts_of_crate(&package(&folder, licence, authors));
     let texts = of("Zlib OR MIT", &["Ada <a@b.c>", "Grace"]).unwrap();
     assert!(texts.standard);
     let (_, text) = texts.files.last().unwrap();
@@ -153,7 +153,7 @@ fn a_crate_without_a_text_gets_the_standard_one_for_its_authors() {
 }
 
 #[test]
-fn what_a_crate_has_taken_in_is_found_and_what_only_its_tests_use_is_not() {
+fn incorporated_code_is_found_and_test_code_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let text = "Permission is hereby granted. ".repeat(10);
     for file in [
@@ -167,7 +167,7 @@ fn what_a_crate_has_taken_in_is_found_and_what_only_its_tests_use_is_not() {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, format!("{text}{file}")).unwrap();
     }
-    let texts = texts::of_crate(&package(&folder, "MIT", &[])).unwrap();
+    let texts = texts::texts_of_crate(&package(&folder, "MIT", &[])).unwrap();
     let files: Vec<_> = texts.files.iter().map(|(file, _)| file.as_str()).collect();
     assert_eq!(
         files,
@@ -181,8 +181,8 @@ fn what_a_crate_has_taken_in_is_found_and_what_only_its_tests_use_is_not() {
 }
 
 #[test]
-fn a_text_is_there_once_however_its_lines_are_broken() {
-    let mut texts = Texts::default();
+fn equal_texts_with_other_line_breaks_appear_once() {
+    let mut texts = UniqueTexts::default();
     texts.add("one", "Copyright A\n\nDo what\nyou want.\n");
     texts.add("two", "Copyright A Do what you want.");
     texts.add("three", "Copyright B Do what you want.");
@@ -193,8 +193,8 @@ fn a_text_is_there_once_however_its_lines_are_broken() {
 }
 
 #[test]
-fn what_linkers_add_is_named() {
-    let parts = |target| texts::of_the_compiler(target).len();
+fn parts_that_linkers_add_are_listed() {
+    let parts = |target| texts::compiler_parts(target).len();
     assert_eq!(parts(Some("x86_64-pc-windows-gnu")), 2);
     assert_eq!(parts(Some("x86_64-pc-windows-msvc")), 1);
     assert_eq!(parts(Some("aarch64-unknown-linux-gnu")), 2);
@@ -204,7 +204,7 @@ fn what_linkers_add_is_named() {
 
 /// The package of a single crate contains nothing of the workspace's root.
 #[test]
-fn every_crate_that_is_given_away_has_our_licences() {
+fn every_published_crate_has_our_licences() {
     let mut seen = 0;
     for entry in fs::read_dir(root().join("crates")).unwrap() {
         let folder = entry.unwrap().path();

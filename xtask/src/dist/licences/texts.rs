@@ -13,7 +13,7 @@ const BOOST: &str = include_str!("../texts/BSL-1.0.txt");
 
 /// Licence texts of a crate.
 #[derive(Debug)]
-pub(super) struct Texts {
+pub(super) struct CrateTexts {
     /// Texts by file name, relative to the crate's folder.
     pub(super) files: Vec<(String, String)>,
     /// True if the crate contains no text, so that the standard one is used with its authors.
@@ -21,7 +21,7 @@ pub(super) struct Texts {
 }
 
 /// Collects all texts in a crate: its own licence, and those of code it has incorporated.
-pub(super) fn of_crate(package: &Package) -> Result<Texts, Box<dyn Error>> {
+pub(super) fn texts_of_crate(package: &Package) -> Result<CrateTexts, Box<dyn Error>> {
     let mut paths = Vec::new();
     collect(&package.folder, &mut paths)?;
     paths.sort();
@@ -29,17 +29,17 @@ pub(super) fn of_crate(package: &Package) -> Result<Texts, Box<dyn Error>> {
     let mut complete = false;
     for path in paths {
         let text = String::from_utf8_lossy(&fs::read(&path)?).replace("\r\n", "\n");
-        if text.len() < SHORTEST {
+        if text.len() < MIN_TEXT_BYTES {
             continue;
         }
         let name = path.strip_prefix(&package.folder)?;
-        complete |= name.components().count() == 1 && starts_with(&path, &LICENCES);
+        complete |= name.components().count() == 1 && starts_with(&path, &LICENCE_FILES);
         files.push((name.to_string_lossy().replace('\\', "/"), text));
     }
     if !complete {
         files.push((String::new(), standard(package)?));
     }
-    Ok(Texts {
+    Ok(CrateTexts {
         files,
         standard: !complete,
     })
@@ -47,13 +47,13 @@ pub(super) fn of_crate(package: &Package) -> Result<Texts, Box<dyn Error>> {
 
 /// Shortest licence text, bytes. Packing turns a link into a file with the name of its target,
 /// which is shorter.
-const SHORTEST: usize = 100;
-const LICENCES: [&str; 4] = ["LICENSE", "LICENCE", "COPYING", "UNLICENSE"];
+const MIN_TEXT_BYTES: usize = 100;
+const LICENCE_FILES: [&str; 4] = ["LICENSE", "LICENCE", "COPYING", "UNLICENSE"];
 /// Files with copyright holders and other required notices.
-const NOTICES: [&str; 3] = ["COPYRIGHT", "NOTICE", "AUTHORS"];
+const NOTICE_FILES: [&str; 3] = ["COPYRIGHT", "NOTICE", "AUTHORS"];
 /// Folders of a crate that dependents do not compile.
-const ASIDE: [&str; 4] = ["tests", "examples", "benches", "target"];
-const PROGRAMS: [&str; 6] = ["rs", "c", "h", "py", "toml", "json"];
+const UNCOMPILED_FOLDERS: [&str; 4] = ["tests", "examples", "benches", "target"];
+const SOURCE_EXTENSIONS: [&str; 6] = ["rs", "c", "h", "py", "toml", "json"];
 
 fn collect(folder: &Path, found: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
     for entry in fs::read_dir(folder)? {
@@ -61,12 +61,15 @@ fn collect(folder: &Path, found: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>
         let (path, kind) = (entry.path(), entry.file_type()?);
         let name = entry.file_name();
         if kind.is_dir() {
-            if !ASIDE.iter().any(|aside| name == *aside) {
+            if !UNCOMPILED_FOLDERS.iter().any(|aside| name == *aside) {
                 collect(&path, found)?;
             }
-        } else if starts_with(&path, &LICENCES) || starts_with(&path, &NOTICES) {
+        } else if starts_with(&path, &LICENCE_FILES) || starts_with(&path, &NOTICE_FILES) {
             let extension = path.extension().unwrap_or_default();
-            if !PROGRAMS.iter().any(|program| extension == *program) {
+            if !SOURCE_EXTENSIONS
+                .iter()
+                .any(|program| extension == *program)
+            {
                 found.push(path);
             }
         }
@@ -121,7 +124,7 @@ pub(super) struct Part {
 /// Copyright holders of the parts of the standard library that end up in programs: the library
 /// itself and its crates, from `library/Cargo.lock` and `COPYRIGHT-library.html` of Rust 1.95,
 /// without those for other systems.
-const OF_THE_STANDARD_LIBRARY: [&str; 13] = [
+const STD_COPYRIGHT_HOLDERS: [&str; 13] = [
     "Copyright (c) The Rust Project Developers (see https://thanks.rust-lang.org)",
     "std::sync::mpmc: Copyright (c) 2019 The Crossbeam Project Developers",
     "backtrace, cfg-if, rustc-demangle: Copyright (c) 2014 Alex Crichton",
@@ -138,13 +141,13 @@ const OF_THE_STANDARD_LIBRARY: [&str; 13] = [
 ];
 
 /// Returns the parts that the compiler adds for a target; for all targets if `None`.
-pub(super) fn of_the_compiler(target: Option<&str>) -> Vec<Part> {
+pub(super) fn compiler_parts(target: Option<&str>) -> Vec<Part> {
     let mut parts = vec![Part {
         name: "Rust's standard library",
         licence: "MIT OR Apache-2.0, its tables of characters Unicode-3.0",
         home: "https://github.com/rust-lang/rust",
         texts: vec![
-            mit(&OF_THE_STANDARD_LIBRARY),
+            mit(&STD_COPYRIGHT_HOLDERS),
             include_str!("../texts/Unicode-3.0.txt").to_owned(),
         ],
     }];

@@ -15,10 +15,10 @@ const FILE: &str = "crates/magician-py/THIRD-PARTY-LICENSES.txt";
 pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words.as_slice() {
-        [] => Ok(fs::write(root.join(FILE), page(&of_wheel(root))?)?),
+        [] => Ok(fs::write(root.join(FILE), page(&wheel_build(root))?)?),
         ["--check"] => check(root),
         [package, options @ ..] if !package.starts_with('-') => {
-            print!("{}", page(&of_package(root, package, options)?)?);
+            print!("{}", page(&package_build(root, package, options)?)?);
             Ok(())
         }
         _ => Err("licences takes --check, or PACKAGE [--features LIST] [--target TRIPLE]".into()),
@@ -27,14 +27,14 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
 
 fn check(root: &Path) -> Result<(), Box<dyn Error>> {
     let kept = fs::read_to_string(root.join(FILE)).unwrap_or_default();
-    if kept.replace("\r\n", "\n") == page(&of_wheel(root))? {
+    if kept.replace("\r\n", "\n") == page(&wheel_build(root))? {
         return Ok(());
     }
     Err(format!("{FILE} is not what is in the wheel: cargo xtask licences").into())
 }
 
 /// All platforms, because one source distribution is built for many.
-pub(super) fn of_wheel(root: &Path) -> Build {
+pub(super) fn wheel_build(root: &Path) -> Build {
     Build {
         title: "the Python package dobot-magician",
         manifest: root.join("crates/magician-py/Cargo.toml"),
@@ -44,7 +44,7 @@ pub(super) fn of_wheel(root: &Path) -> Build {
     }
 }
 
-fn of_package(root: &Path, package: &str, options: &[&str]) -> Result<Build, Box<dyn Error>> {
+fn package_build(root: &Path, package: &str, options: &[&str]) -> Result<Build, Box<dyn Error>> {
     let mut build = Build {
         title: "magician",
         manifest: root.join("Cargo.toml"),

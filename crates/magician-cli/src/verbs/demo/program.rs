@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician::{Arm, Ran, Set, build};
+use magician::{Arm, RunSummary, Set, build};
 use magician_program::{Origin, Plan, Program};
 
 use super::scene::{self, CUBE_TOP_Z, CUBES, CubeMove, LIFT_HEIGHT, TOOL};
@@ -61,7 +61,7 @@ pub(super) fn program(commands: &[Set]) -> Program {
 
 /// Fails unless the arm ran all commands with consecutive indices, has no alarm, and is back at its
 /// start.
-pub(super) async fn confirm(arm: &Arm, ran: &Ran, commands: usize) -> Result<(), Failure> {
+pub(super) async fn confirm(arm: &Arm, ran: &RunSummary, commands: usize) -> Result<(), Failure> {
     let failed = |what: String| Err(Failure::new(Kind::CheckFailed, what));
     let index = |index: Option<magician::QueueIndex>| index.map_or(0, |index| index.0);
     let indices = (index(ran.last) + 1).saturating_sub(index(ran.first));

@@ -55,7 +55,7 @@ impl DiagnosisObserver for FindingPrinter<'_> {
 impl From<NoArm> for Failure {
     fn from(none: NoArm) -> Self {
         match none {
-            NoArm::Found(kind, message) => Self::new(Kind::Driver(kind), message),
+            NoArm::FailedCheck(kind, message) => Self::new(Kind::Driver(kind), message),
             NoArm::Failed(error) => error.into(),
         }
     }

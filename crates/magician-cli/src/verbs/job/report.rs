@@ -1,7 +1,7 @@
 //! Results of a check, as text and as JSON.
 
 use magician::report::ErrorFigures;
-use magician::{ErrorKind, Given, Setting};
+use magician::{ErrorKind, Setting, SettingValue};
 use magician_job::report::{Bounds, Estimate, PowerRange, FitOptions, format_duration, refused_places};
 use magician_program::{
     Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit, foreign_coordinates,
@@ -139,10 +139,10 @@ pub(super) fn failure(
     {
         *first = { first.clone() }
             .remedy(
-                (Setting::Place, Given::On),
+                (Setting::Place, SettingValue::On),
                 "places it within the arm's reach, if it is small enough",
             )
-            .remedy((Setting::Fit, Given::On), "also shrinks it to fit");
+            .remedy((Setting::Fit, SettingValue::On), "also shrinks it to fit");
     }
     let shown = if made.verbose { problems.len() } else { 1 };
     let drawn = problems.iter().take(shown);

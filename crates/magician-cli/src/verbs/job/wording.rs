@@ -1,6 +1,6 @@
 //! Wording of a job's failures and of how to resume it, for the command line.
 
-use magician::{ErrorKind, Given, Setting};
+use magician::{ErrorKind, Setting, SettingValue};
 use magician_job::{
     Fault, InterruptedJob, JobError, JournalError, ResumePlace, MIN_REPORTED_OVERLAP, PenLift, ResumeError,
 };
@@ -50,7 +50,7 @@ impl Wording<'_> {
         let goes_on = "continues where it ended";
         let note = Diagnostic::new(Origin::NONE, text);
         if resumable {
-            note.remedy((Setting::Resume, Given::On), goes_on)
+            note.remedy((Setting::Resume, SettingValue::On), goes_on)
         } else {
             note
         }

@@ -120,7 +120,7 @@ impl Proxy {
             let options = LineOptions::default().faults(self.faults.unwrap_or_default());
             let line = RawLine::open_with(&target, options).await?;
             let settings = Settings {
-                fresh: u64::try_from(self.fresh.as_micros()).unwrap_or(u64::MAX),
+                max_reply_age: u64::try_from(self.fresh.as_micros()).unwrap_or(u64::MAX),
                 transparent: self.transparent,
                 keep_going: self.keep_going,
                 ..Settings::default()

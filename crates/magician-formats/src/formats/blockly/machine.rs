@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::known::KnownState;
 use super::tree::{Block, Tree};
@@ -105,10 +105,10 @@ impl<'t> Machine<'t> {
         self.steps += 1;
         if self.steps > MAX_BLOCKS {
             let message = format!("the program has not ended after {MAX_BLOCKS} blocks");
-            return Err(block
-                .diagnostic(message)
-                .help("end its loops")
-                .remedy((Setting::Loops, Given::Any("N")), "repeats all of it"));
+            return Err(block.diagnostic(message).help("end its loops").remedy(
+                (Setting::Loops, SettingValue::Any("N")),
+                "repeats all of it",
+            ));
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use kurbo::{Affine, Point, Vec2};
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::color;
 use super::drawing::{Block, Drawing, Hidden};
@@ -161,7 +161,10 @@ impl<'p> Canvas<'p> {
                 0,
                 Diagnostic::of_file(why)
                     .coded(DiagnosticCode::Assumed)
-                    .remedy((Setting::Scale, Given::Any("FACTOR")), "corrects the size"),
+                    .remedy(
+                        (Setting::Scale, SettingValue::Any("FACTOR")),
+                        "corrects the size",
+                    ),
             );
         }
         if let Some((count, origin)) = self.flattened {
@@ -498,7 +501,7 @@ impl<'p> Canvas<'p> {
         self.points += points.len();
         if self.points > MAX_POINTS {
             let why = format!("the drawing has more than {MAX_POINTS} points");
-            let tolerance = (Setting::Tolerance, Given::Any("MM"));
+            let tolerance = (Setting::Tolerance, SettingValue::Any("MM"));
             return Err(Diagnostic::new(record.origin, why)
                 .remedy(tolerance, "needs fewer if it is larger"));
         }

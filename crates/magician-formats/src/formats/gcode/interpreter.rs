@@ -5,7 +5,7 @@
 //! computed. It is deterministic, so a program can be run twice: once for a survey, once for the
 //! plan. Endless loops are caught by a limit on executed lines.
 
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::Notes;
 use super::block::Block;
@@ -264,7 +264,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                 let origin = line.origin(&block.range);
                 self.notes
                     .add_with(DiagnosticCode::Assumed, origin, message, |note| {
-                        note.remedy((Setting::Loops, Given::Any("N")), "repeats it")
+                        note.remedy((Setting::Loops, SettingValue::Any("N")), "repeats it")
                     });
             }
         }

@@ -1,6 +1,6 @@
 //! State of the machine while a program runs, and the effect of each line.
 
-use magician_host::{Action as Deed, Given, Setting};
+use magician_host::{Action as Deed, Setting, SettingValue};
 
 use super::Chords;
 use super::GcodeOptions;
@@ -105,7 +105,7 @@ impl<'o> Machine<'o> {
             if never && !survey.fan_lights() {
                 let message = "the program has no S: it burns with full power";
                 notes.add_with(DiagnosticCode::Power, Origin::NONE, message, |note| {
-                    let percent = (Setting::Power, Given::Any("PERCENT"));
+                    let percent = (Setting::Power, SettingValue::Any("PERCENT"));
                     note.remedy(percent, "sets the full power")
                 });
             }
@@ -116,7 +116,10 @@ impl<'o> Machine<'o> {
                     nothing burns"
             );
             notes.add_with(DiagnosticCode::Power, origin, &message, |note| {
-                let note = note.remedy((Setting::Dialect, Given::Word("laser")), "burns with it");
+                let note = note.remedy(
+                    (Setting::Dialect, SettingValue::Word("laser")),
+                    "burns with it",
+                );
                 if survey.mill.is_cooled_alone() {
                     note.remedy(Deed::Engrave, "takes the coolant for air assist")
                 } else {
@@ -386,7 +389,7 @@ impl<'o> Machine<'o> {
         if self.options.surface.is_none() {
             let message = "a servo moves the pen, but the surface height is unknown";
             return Err(SpanDiagnostic::new(block.range.clone(), message).remedy(
-                (Setting::Surface, Given::Any("Z")),
+                (Setting::Surface, SettingValue::Any("Z")),
                 "gives it, as z of the arm",
             ));
         }

@@ -1,6 +1,6 @@
 //! Motion of a program: targets, arcs, curves, homing and origins.
 
-use magician_host::{Action, Given};
+use magician_host::{Action, SettingValue};
 
 use super::arc::{Arc, ArcForm, Ends, Plane};
 use super::begin::ProgramStart;
@@ -94,7 +94,7 @@ impl Machine<'_> {
             return Err(SpanDiagnostic::new(block.range.clone(), message)
                 .help("use the program's own coordinates")
                 .remedy(
-                    (magician_host::Setting::Raw, Given::On),
+                    (magician_host::Setting::Raw, SettingValue::On),
                     "takes its coordinates as the arm's",
                 ));
         }

@@ -4,7 +4,7 @@
 //! LightBurn's comments, a fan, the default. A guess errs towards weak burning: the larger the
 //! value, the weaker an S burns.
 
-use magician_host::{Given, Remedy, Setting};
+use magician_host::{Remedy, Setting, SettingValue};
 
 use super::Notes;
 use super::SourceLine;
@@ -133,7 +133,7 @@ impl Powers {
                 // The default would burn at more than 100 %, and no other value is safe.
                 let message = format!("S{s} is above 1000, but the S of full power is unknown");
                 let help = "it is the S of the laser at full power, $30 of its controller";
-                let pen = (Setting::Dialect, Given::Word("pen"));
+                let pen = (Setting::Dialect, SettingValue::Word("pen"));
                 Err(Diagnostic::new(origin, message)
                     .help(help)
                     .with(s_max())
@@ -189,7 +189,7 @@ impl FullPower {
 
 /// Remedy for an unknown or wrong S of full power.
 pub(super) fn s_max() -> Remedy {
-    let given = (Setting::SMax, Given::Any("N"));
+    let given = (Setting::SMax, SettingValue::Any("N"));
     Remedy::new(given, "sets the S of full power")
 }
 

@@ -1,6 +1,6 @@
 //! Modal settings of a line: motion, units, distance mode, feed.
 
-use magician_host::Given;
+use magician_host::SettingValue;
 use magician_motion::ArmModel;
 
 use super::arc::Plane;
@@ -179,7 +179,7 @@ impl Machine<'_> {
             self.notes
                 .add_with(DiagnosticCode::Speed, origin, &message, |note| {
                     note.remedy(
-                        (magician_host::Setting::Speed, Given::Any("MM/S")),
+                        (magician_host::Setting::Speed, SettingValue::Any("MM/S")),
                         "sets another speed",
                     )
                 });

@@ -1,6 +1,6 @@
 //! Position of the tool when the program begins, and notes that depend on it.
 
-use magician_host::{Given, Remedy, Setting};
+use magician_host::{Remedy, Setting, SettingValue};
 
 use super::{GcodeOptions, Notes};
 use crate::formats::span::SpanDiagnostic;
@@ -8,7 +8,7 @@ use crate::{Diagnostic, DiagnosticCode, Missing, Origin};
 
 /// Remedy for an unknown position of the arm.
 fn start() -> Remedy {
-    let given = (Setting::Start, Given::Any("X,Y,Z"));
+    let given = (Setting::Start, SettingValue::Any("X,Y,Z"));
     Remedy::new(given, "sets where the program begins")
 }
 

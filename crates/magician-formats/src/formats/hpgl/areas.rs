@@ -6,7 +6,7 @@ use crate::fill::{Area, FillRule, LineFamily};
 use crate::formats::Fills;
 use crate::{DiagnosticCode, FilledArea, Stroke};
 
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 /// Fill type.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -108,7 +108,7 @@ impl Plotter<'_> {
                 let message = "filled shapes are drawn as outlines";
                 self.notes
                     .add_with(DiagnosticCode::Assumed, origin, message, |note| {
-                        note.remedy((Setting::Fill, Given::Word("hatch")), "fills them")
+                        note.remedy((Setting::Fill, SettingValue::Word("hatch")), "fills them")
                     });
             }
         }

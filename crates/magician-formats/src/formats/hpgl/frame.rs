@@ -1,6 +1,6 @@
 //! Coordinate frame of a plot: defaults, scaling instructions and the window.
 
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
@@ -47,8 +47,9 @@ impl Plotter<'_> {
             self.notes
                 .add_with(DiagnosticCode::Assumed, origin, &message, |note| {
                     let note = note.help("give it by IP before SC");
-                    let note = note.remedy((Setting::Width, Given::Any("MM")), "sets its width");
-                    note.remedy((Setting::Scale, Given::Any("FACTOR")), "scales it")
+                    let note =
+                        note.remedy((Setting::Width, SettingValue::Any("MM")), "sets its width");
+                    note.remedy((Setting::Scale, SettingValue::Any("FACTOR")), "scales it")
                 });
         }
         Ok(())

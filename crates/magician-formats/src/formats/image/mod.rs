@@ -18,7 +18,7 @@ use ::image::{
     DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits,
 };
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::{Content, Parsed, ReadOptions};
 use crate::{Diagnostic, DiagnosticCode, Raster};
@@ -257,7 +257,7 @@ fn refused(refused: DecodeFailure) -> Diagnostic {
         }
         DecodeFailure::Crop(why) => {
             return Diagnostic::of_file(why).remedy(
-                (Setting::Crop, Given::Any("X,Y,W,H")),
+                (Setting::Crop, SettingValue::Any("X,Y,W,H")),
                 "keeps another part of it",
             );
         }

@@ -1,6 +1,6 @@
 //! Conversion of plans to playback files.
 
-use magician_host::{Given, Set, Setting};
+use magician_host::{Set, Setting, SettingValue};
 use magician_protocol::PtpMode;
 
 use super::row::{numbered, setting};
@@ -108,7 +108,7 @@ impl<'p> Recorder<'p> {
                     "the file cannot store that its points are for the tool \
                     '{tool}'"
                 );
-                let tool = (Setting::Tool, Given::Any("NAME"));
+                let tool = (Setting::Tool, SettingValue::Any("NAME"));
                 self.notes.push(Diagnostic::of_file(note).remedy(
                     tool,
                     "sets it when the file is \

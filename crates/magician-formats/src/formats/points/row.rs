@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 
 use super::recording::Sample;
 use crate::formats::content::points::{Field, number};
@@ -288,7 +288,7 @@ pub(super) fn plan(
             .coded(DiagnosticCode::LeftOut)
             .help("a pause is taken from a column 'Pause', in seconds")
             .remedy(
-                (Setting::SpeedRatio, Given::Any("PERCENT")),
+                (Setting::SpeedRatio, SettingValue::Any("PERCENT")),
                 "says how fast",
             );
         notes.push(note);

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use kurbo::{Affine, BezPath};
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 use usvg::{Group, Node, Paint, Path, Stroke as Outline, Transform};
 
 use super::area::encloses;
@@ -431,7 +431,7 @@ impl<'a> StrokeCollector<'a> {
                     "the drawing has more than {most_corners} corners",
                     most_corners = MAX_CORNERS
                 );
-                let tolerance = (Setting::Tolerance, Given::Any("MM"));
+                let tolerance = (Setting::Tolerance, SettingValue::Any("MM"));
                 return Err(
                     Diagnostic::of_file(message).remedy(tolerance, "needs fewer if it is larger")
                 );

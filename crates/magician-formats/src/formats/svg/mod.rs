@@ -30,7 +30,7 @@ mod white;
 
 use kurbo::Affine;
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 use usvg::tiny_skia_path::PathSegment;
 use usvg::{ClipPath, Group, ImageHrefResolver, Mask, Node, Options, Tree};
 
@@ -244,7 +244,10 @@ fn nothing_visible([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
             let message =
                 message!("the file is a font: it has letters, and draws nothing by itself");
             let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
-            return note.remedy((Setting::Font, Given::Any("FILE")), "writes text with it");
+            return note.remedy(
+                (Setting::Font, SettingValue::Any("FILE")),
+                "writes text with it",
+            );
         }
         0 => message!("the drawing has no shapes"),
         1 if hidden == 1 => message!("the only shape of the drawing is hidden"),
@@ -270,7 +273,7 @@ fn note_beyond_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut N
         if !stroke.points.iter().all(within) {
             let remark = message!("a line leaves the page and is drawn there too");
             let note = Diagnostic::new(stroke.origin, remark).coded(DiagnosticCode::Assumed);
-            notes.add(note.remedy((Setting::ClipPage, Given::On), "cuts it off"));
+            notes.add(note.remedy((Setting::ClipPage, SettingValue::On), "cuts it off"));
         }
     }
 }

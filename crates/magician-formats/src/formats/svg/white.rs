@@ -2,7 +2,7 @@
 
 use kurbo::{Affine, Rect, Shape as _};
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 use usvg::{Color, Group, Node, Paint, Path};
 
 use super::clip::{Region, Shape};
@@ -133,7 +133,7 @@ impl StrokeCollector<'_> {
         };
         let note = element.diagnostic(remark).coded(DiagnosticCode::LeftOut);
         self.notes
-            .add(note.remedy((Setting::White, Given::Word("draw")), "keeps it"));
+            .add(note.remedy((Setting::White, SettingValue::Word("draw")), "keeps it"));
     }
 }
 

@@ -131,7 +131,7 @@ fn a_second_terminal_costs_the_first_nothing() {
 }
 
 #[test]
-fn a_shared_answer_is_fresh() {
+fn shared_reply_is_no_older_than_max_reply_age() {
     let mut bench = ProxyRig::with_clients(3);
     let time = get::<DeviceTime>();
     let read = |frame: FrameBuf| frame.frame().read::<DeviceTime>().unwrap().g_systick;
@@ -158,9 +158,9 @@ fn a_shared_answer_is_fresh() {
 }
 
 #[test]
-fn without_a_fresh_window_every_get_goes_to_the_arm() {
+fn zero_max_reply_age_sends_every_get_to_the_arm() {
     let settings = Settings {
-        fresh: 0,
+        max_reply_age: 0,
         ..Settings::default()
     };
     let mut bench = ProxyRig::new(settings, NONE, 1);
@@ -387,7 +387,7 @@ fn pipelined_requests_all_get_replies_from_a_slow_arm() {
 #[test]
 fn a_shared_answer_does_not_overtake_a_late_one() {
     let settings = Settings {
-        fresh: 10_000 * MS,
+        max_reply_age: 10_000 * MS,
         ..Settings::default()
     };
     let mut bench = ProxyRig::new(settings, NONE, 1);

@@ -12,7 +12,7 @@ use magician::faults::Faults;
 use magician::preflight::{Guards, Preflight};
 use magician::sim::world::Drawing;
 use magician::sim::{LineTiming, Runner, Speed};
-use magician::{Arm, Error, ErrorKind, Options, Ran, Run, Set, VirtualArm};
+use magician::{Arm, Error, ErrorKind, Options, Run, RunSummary, Set, VirtualArm};
 use magician_program::StepNumbering;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::resume::{Checkpoint, ObservedProgress, ResumePoint, StepCounter, StepRange};
@@ -50,7 +50,7 @@ pub(crate) struct Outcome {
     /// Cause of each interruption.
     pub(crate) why: Vec<String>,
     /// End of the run.
-    pub(crate) end: Result<Ran, Error>,
+    pub(crate) end: Result<RunSummary, Error>,
     /// Bounds of the finished steps, for a run that ended badly.
     pub(crate) steps: Option<StepRange>,
     /// Step at which it was resumed, and the drawing after that, if the step was known.
@@ -193,7 +193,7 @@ impl<'p> ResumedRun<'p> {
         run: &mut Run<C>,
         cell: &VirtualArm,
         between: &mut Vec<Drawing>,
-    ) -> Result<Ran, Error> {
+    ) -> Result<RunSummary, Error> {
         let (mut told, mut again) = (None, 0);
         for _ in 0..MAX_RESUMES {
             let error = match self.run_once(run).await {
@@ -202,7 +202,7 @@ impl<'p> ResumedRun<'p> {
             };
             // Go on if nothing was sent yet or the run can be resumed, but not forever for the same
             // cause.
-            let may_go_on = run.is_interrupted() || run.ran() == Ran::default();
+            let may_go_on = run.is_interrupted() || run.ran() == RunSummary::default();
             let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
             let says = error.to_string();
             again = if !line && told.as_ref() == Some(&says) {
@@ -222,7 +222,10 @@ impl<'p> ResumedRun<'p> {
         self.run_once(run).await
     }
 
-    async fn turn<C: Iterator<Item = Set>>(&mut self, run: &mut Run<C>) -> Result<Ran, Error> {
+    async fn turn<C: Iterator<Item = Set>>(
+        &mut self,
+        run: &mut Run<C>,
+    ) -> Result<RunSummary, Error> {
         let (counter, checkpoint) = (&mut self.counter, &mut self.checkpoint);
         let ended = run
             .wait(|progress| {
@@ -236,7 +239,7 @@ impl<'p> ResumedRun<'p> {
         ended
     }
 
-    fn note(&mut self, ran: Ran) {
+    fn note(&mut self, ran: RunSummary) {
         if let Some(last) = ran.last {
             self.counter.note(ran.commands, last.0);
             self.checkpoint.index = self.counter.last();

@@ -1,22 +1,21 @@
-"""Runs a script that was written for another library of the arm, as it is: pydobot, pydobotplus, pydobot2, pydobotpp,
+"""Runs an unchanged script that was written for another library of the arm: pydobot, pydobotplus, pydobot2, pydobotpp,
 pydobotlab, dobotapi, dobotWrapperPy, DobotEDU, DobotDllType, the vendor's C library by ctypes, or pyserial alone.
 
     python -m magician.compat script.py [argument...]
     python -m magician.compat -m module [argument...]
 
-The script imports what it always imports, and gets this package. It needs none of those libraries, and no pyserial for
-the list of ports.
+The script's imports of those libraries get this package. None of them is needed, nor pyserial for the list of ports.
 
 options, before the script:
-  --port PORT          the arm to connect to, whatever port the script names: sim, /dev/ttyUSB0, COM3, udp:HOST.
+  --port PORT          connect to this arm instead of the port that the script names: sim, /dev/ttyUSB0, COM3, udp:HOST.
                        MAGICIAN_PORT does the same; MAGICIAN_PORT_COM3 does it for the port COM3 alone
-  --pydobot NAME       what `import pydobot` means: pydobot, pydobot2 or pydobotplus
-                       (otherwise the one that is installed, or the one whose names the script and its modules use)
-  --dobotdll FAMILY    the family of DobotDllType: v1, v2 or v3
-                       (otherwise that of the file that is imported or beside the script, or what the calls look like)
+  --pydobot NAME       meaning of `import pydobot`: pydobot, pydobot2 or pydobotplus
+                       (default: the installed one, or the one whose names the script and its modules use)
+  --dobotdll FAMILY    family of DobotDllType: v1, v2 or v3
+                       (default: that of the file that is imported or beside the script, or by the calls)
 
-Ctrl-C, also where the script catches it, and an exception that ends the script stop the arm. A script that ends well
-leaves it as it is.
+Ctrl-C, even if the script catches it, and an exception that ends the script stop the arm. After a script that ends
+normally the arm is left as it is.
 """
 
 from __future__ import annotations
@@ -33,14 +32,14 @@ from collections.abc import Mapping, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-from . import _children, _line, _modules, _program, _script
+from . import _line, _modules, _processes, _program, _script
 
 USAGE = 2
 FAMILIES = ("v1", "v2", "v3")
 
 
 def main() -> int:
-    """The exit status."""
+    """Runs the command line. Returns the exit status."""
     choices = {"--port": None, "--pydobot": _modules.PYDOBOTS, "--dobotdll": FAMILIES}
     given: dict[str, str] = {}
     arguments = sys.argv[1:]
@@ -73,7 +72,7 @@ def _usage(message: str) -> int:
 
 def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
     # Like Python: the folder of the script, or the current one, replaces this module's.
-    path = _origin(arguments[0]) if module else Path(os.path.abspath(arguments[0]))
+    path = _find_file(arguments[0]) if module else Path(os.path.abspath(arguments[0]))
     folder = Path() if module else Path(arguments[0]).parent.resolve()
     sys.path[0] = os.getcwd() if module else str(folder)
     if path is None:
@@ -86,19 +85,19 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
         if not module:
             return _usage(f"{arguments[0]} cannot be read: {error.strerror}")
         code = b""
-    program = _program.look_over(path, _text(code), folder)
+    program = _program.find_modules(path, _text(code), folder)
     copies = {name: "\n".join(map(_program.text, files)) for name, files in program.copies.items()}
     pydobot = given.get("--pydobot") or _script.which_pydobot(*program.sources, copy=copies.get("pydobot", ""))
-    chosen = _children.Chosen(
+    chosen = _processes.Replacement(
         given.get("--port") or os.environ.get("MAGICIAN_PORT"),
         pydobot,
         given.get("--dobotdll") or _script.which_dobotdll(program.sources, folder, program.wrappers),
         program.packages,
-        own=[] if "--pydobot" in given else _modules.needed(copies, program.sources, pydobot),
+        own=[] if "--pydobot" in given else _modules.needed_copies(copies, program.sources, pydobot),
         wrappers=program.wrappers,
     )
-    _children.stand_in(chosen)
-    _children.hand_on(chosen, program.sources)
+    _processes.install_stand_ins(chosen)
+    _processes.install_in_children(chosen, program.sources)
     sys.argv[:] = arguments
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)
@@ -107,24 +106,24 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
             runpy.run_module(arguments[0], run_name="__main__", alter_sys=True)
         else:
             # The script must not inherit this file's `__future__` imports.
-            given_names = _modules.of_dobotlab() if _script.expects_magician(program.sources[0]) else {}
+            given_names = _modules.dobotlab_globals() if _script.expects_magician(program.sources[0]) else {}
             _execute(compile(code, str(path), "exec", dont_inherit=True), str(path), given_names)
     except SystemExit:
         raise
     except KeyboardInterrupt as interrupt:
         _stop_all("interrupted", interrupt)
         theirs = sys.excepthook
-        sys.excepthook = lambda kind, error, trace: theirs(kind, *_alone(error))
+        sys.excepthook = lambda kind, error, trace: theirs(kind, *_without_runner_frames(error))
         raise
     except BaseException as error:
         _stop_all("ended by an exception", error)
-        sys.excepthook(type(error), *_alone(error))
+        sys.excepthook(type(error), *_without_runner_frames(error))
         return 1
     return 0
 
 
-def _origin(name: str) -> Path | None:
-    """The file of a module, which is looked for without running what it lies in; ``None`` if there is none."""
+def _find_file(name: str) -> Path | None:
+    """Finds the file of a module without running its packages; ``None`` if there is none."""
     paths: Sequence[str] = [os.getcwd(), *sys.path[1:]]
     parts = name.split(".")
     origin = ""
@@ -138,7 +137,7 @@ def _origin(name: str) -> Path | None:
 
 
 def _text(code: bytes) -> str:
-    """A program as text, in the encoding that it names; what cannot be read is looked over."""
+    """Reads a program as text, in its declared encoding, or as UTF-8 with replacements if that fails."""
     try:
         return importlib.util.decode_source(code)
     except (SyntaxError, UnicodeDecodeError):
@@ -161,13 +160,13 @@ def _execute(code: types.CodeType, path: str, names: Mapping[str, object]) -> No
 
 
 def _destroy(names: dict[str, object]) -> None:
-    """Lets go of what has a destructor while the arm can be spoken to: many a program's moves it home."""
+    """Runs destructors while the connection is still open: many programs home the arm in one."""
     for name in [name for name, value in names.items() if hasattr(type(value), "__del__")]:
         del names[name]
 
 
-def _alone(error: BaseException) -> tuple[BaseException, types.TracebackType | None]:
-    """An exception with the traceback that it would have without this runner."""
+def _without_runner_frames(error: BaseException) -> tuple[BaseException, types.TracebackType | None]:
+    """Removes the frames of this runner from an exception's traceback."""
     here = os.path.dirname(os.path.abspath(__file__))
     trace = error.__traceback__
     while trace is not None:
@@ -185,7 +184,7 @@ def _alone(error: BaseException) -> tuple[BaseException, types.TracebackType | N
 
 
 def _interrupted(number: int, frame: types.FrameType | None) -> None:
-    """Ctrl-C: the arms stop, also when the script catches it wherever it is, and says no more to them."""
+    """Handles Ctrl-C: stops the arms, even if the script catches the interrupt and sends nothing more."""
     for line in _line.opened():
         line.interrupted()
     signal.default_int_handler(number, frame)

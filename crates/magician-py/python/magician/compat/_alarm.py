@@ -1,4 +1,4 @@
-"""The alarms under the names of pydobotplus and pydobot2."""
+"""Alarms under the names of pydobotplus and pydobot2."""
 
 from enum import IntEnum
 
@@ -6,7 +6,7 @@ __all__ = ["Alarm"]
 
 
 class Alarm(IntEnum):
-    """What can keep the arm from moving. A code without a name is a member of its number: ``ALARM_0xD0``."""
+    """Alarm of the arm. A code without a name is a member named after its number: ``ALARM_0xD0``."""
 
     COMMON_RESETTING = 0x00
     COMMON_UNDEFINED_INSTRUCTION = 0x01

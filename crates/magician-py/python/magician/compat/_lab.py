@@ -1,8 +1,8 @@
-"""The calls of DobotLab, as DobotEDU and pydobotlab have them: one table for both.
+"""Calls of DobotLab, as in DobotEDU and pydobotlab: one table for both.
 
-A row says what a call is named, what it takes, and the frame that it is. The first 28 are those of DobotLab's manual
-(3.6.1 to 3.6.28), in its order; pydobotlab has them by their names there, DobotEDU by a second name with
-names of its own for the parameters. The others only DobotEDU has.
+A row has the name of a call, its parameters and its frame. The first 28 are those of DobotLab's manual (3.6.1 to
+3.6.28), in its order. pydobotlab uses the manual's names, DobotEDU second names for the calls and own names for the
+parameters. Only DobotEDU has the other calls.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ __all__ = ["CALLS", "Call", "Number", "Record", "exchange", "io"]
 
 
 class Call(NamedTuple):
-    """A call and its frame."""
+    """Call with its frame."""
 
     lab: str
     """Its name and parameters in DobotLab; empty where that has none."""
@@ -115,13 +115,13 @@ CALLS = (
 
 
 class Number(int):
-    """A number that is also looked up by its key, as programs do one or the other."""
+    """Number that can also be read by its key, since programs do either."""
 
     key: str
 
     @classmethod
     def of(cls, key: str, value: int) -> Number:
-        """A number with its key."""
+        """Creates a number with its key."""
         number = cls(value)
         number.key = key
         return number
@@ -132,12 +132,12 @@ class Number(int):
         return int(self)
 
     def get(self, key: str, default: Any = None) -> Any:
-        """The value of its key."""
+        """Returns the value of its key."""
         return int(self) if key == self.key else default
 
 
 class Record(dict[Any, Any]):
-    """Values by their keys, their places, and one after the other: ``pose["x"]``, ``pose[0]``, ``x, y, *_ = pose``."""
+    """Values by key, by index and by iteration: ``pose["x"]``, ``pose[0]``, ``x, y, *_ = pose``."""
 
     def __getitem__(self, key: Any) -> Any:
         return list(self.values())[key] if isinstance(key, (int, slice)) else super().__getitem__(key)
@@ -147,7 +147,7 @@ class Record(dict[Any, Any]):
 
 
 def io(pin: int | str) -> int:
-    """A pin by its number or its label: ``DO_01``, ``DI_07``, ``AD_09``, ``AI_09``.
+    """Returns the number of a pin, given by number or label: ``DO_01``, ``DI_07``, ``AD_09``, ``AI_09``.
 
     :raises ValueError: There is no such pin.
     """
@@ -163,7 +163,7 @@ def io(pin: int | str) -> int:
 
 
 def exchange(line: Line, call: Call, values: list[Any], *, queued: bool = True, wait: bool = True) -> Any:
-    """Does a call with the values of its parameters; ``True`` when it has been done, or what it gets."""
+    """Executes a call with these parameter values. Returns the value that it reads, or ``True`` once it is done."""
     id, ctrl = call.id, call.how
     name = call.edu.partition(" ")[0]
     if name in ("wait", "set_waitcmd"):
@@ -189,7 +189,7 @@ def exchange(line: Line, call: Call, values: list[Any], *, queued: bool = True, 
 
 
 def _letters(format: str) -> list[tuple[str, str]]:
-    """Counts and letters of a format."""
+    """Returns the counts and letters of a ``struct`` format."""
     found: list[tuple[str, str]] = []
     count = ""
     for letter in format:

@@ -1,4 +1,4 @@
-"""The vendor's C library, for programs that load it themselves."""
+"""Stand-in for the vendor's C library, for programs that load it themselves."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ LIBRARY = re.compile(r"(lib)?dobot\w*(\.dll|\.so[.\d]*|\.dylib|\.\d[.\d]*)?|(lib
 
 
 def install(family: str) -> None:
-    """Lets ``ctypes.CDLL`` and what goes through it load what stands in, by the file's name; others are as ever."""
+    """Makes ``ctypes.CDLL`` and its callers load the stand-in by the file's name. Other libraries load as usual."""
 
     def new(kind: type[Any], name: Any = None, *_: Any, **__: Any) -> Any:
         if isinstance(name, (str, os.PathLike)) and LIBRARY.fullmatch(re.split(r"[/\\\\]", os.fspath(name))[-1]):
             from . import dobotdll
 
-            return dobotdll.Door(dobotdll.family(family))
+            return dobotdll.LibraryApi(dobotdll.family(family))
         return object.__new__(kind)
 
     ctypes.CDLL.__new__ = new  # type: ignore[method-assign,assignment]

@@ -1,4 +1,4 @@
-"""The connection that the stand-ins speak over, and which arm it leads to."""
+"""Connection of the stand-ins to an arm, and the choice of that arm."""
 
 from __future__ import annotations
 
@@ -15,48 +15,48 @@ from .._native import wait, wait_done, wait_stopped
 from .._ports import ports
 from ..errors import ClosedError, Error, PortError
 
-__all__ = ["Line", "find", "opened", "send_elsewhere"]
+__all__ = ["Line", "find", "opened", "redirect_to"]
 
 T = TypeVar("T")
 
 GET, SET, QUEUED = 0, 1, 3
 START, STOP, FORCE_STOP, CLEAR = 240, 241, 242, 245
 
-_elsewhere: list[str] = []
+_redirection: list[str] = []
 _opened: weakref.WeakSet[Line] = weakref.WeakSet()
-_benches: list[_Bench] = []
+_slots: list[_VirtualArmSlot] = []
 
 
-def send_elsewhere(port: str | None) -> None:
-    """From now on every connection goes to this port, whatever a program asks for; with ``None`` where it asks for."""
-    _elsewhere[:] = [port] if port else []
+def redirect_to(port: str | None) -> None:
+    """Redirects all later connections to this port, whatever port a program names. ``None`` ends that."""
+    _redirection[:] = [port] if port else []
 
 
-def elsewhere() -> str | None:
-    """The port that all connections go to, if they do."""
-    return _elsewhere[0] if _elsewhere else None
+def redirected_port() -> str | None:
+    """Returns the port to which all connections are redirected, or ``None``."""
+    return _redirection[0] if _redirection else None
 
 
 def opened() -> list[Line]:
-    """The lines that are open."""
+    """Returns the open lines."""
     return [line for line in _opened if not line.closed]
 
 
 @atexit.register
 def _end() -> None:
-    """At the end of a program its connections are over: what destructors ask for after that is answered without the
-    native part, which cannot raise any more."""
+    """Ends the connections at the end of a program. Later requests, as by destructors, are answered without the native
+    part, which can no longer raise exceptions."""
     for line in opened():
         line.closed = True
 
 
 def find(port: str | None) -> str:
-    """The port to connect to, of the one a program names.
+    """Returns the port to connect to for the port that a program names.
 
-    ``MAGICIAN_PORT_COM3=sim`` sends a program elsewhere that names ``COM3``. No name means ``MAGICIAN_PORT``, else the
-    first port with an arm's adapter.
+    ``MAGICIAN_PORT_COM3=sim`` redirects a program that names ``COM3``. Without a name the port is ``MAGICIAN_PORT``,
+    otherwise the first port with an arm's adapter.
     """
-    if other := elsewhere():
+    if other := redirected_port():
         return other
     if not port:
         if other := os.environ.get("MAGICIAN_PORT"):
@@ -72,11 +72,11 @@ def find(port: str | None) -> str:
 
 
 class Line:
-    """An open connection. Its calls end: with the answer, or with an exception of :mod:`magician.errors`.
+    """Open connection. Every call ends with a reply or with an exception of :mod:`magician.errors`.
 
-    The arm is left as it is when the connection ends, as these libraries leave it; an interrupt while it is waited
-    for stops it, and one at any time that :meth:`interrupted` is told of. A program that catches the interrupt and goes
-    on finds the queue empty, and running if it ran.
+    At the end of the connection the arm is left as it is, as by these libraries. An interrupt during a wait stops it,
+    and so does :meth:`interrupted` at any time. A program that catches the interrupt and continues finds the queue
+    empty, and running if it ran.
     """
 
     def __init__(self, port: str | None, *, timeout: float = 3.0) -> None:
@@ -89,10 +89,10 @@ class Line:
         self.last = 0
         """The index of the command that this connection queued last, 0 before and after the queue was cleared."""
         self._stopped = False
-        self._bench = _bench(self.name)
-        self.instant = self._bench is not None and self._bench.speed == 0.0
+        self._slot = _slot(self.name)
+        self.instant = self._slot is not None and self._slot.speed == 0.0
         """Whether the arm is one that takes no time."""
-        self._core: Core = remembered(wait(_connecting(self.name, self._bench, timeout)))
+        self._core: Core = remembered(wait(_connecting(self.name, self._slot, timeout)))
         self._core.detach()
         self._leaving = threading.Lock()
         _opened.add(self)
@@ -100,11 +100,11 @@ class Line:
     def exchange(
         self, id: int, ctrl: int, params: bytes, *, allow: str = "", patient: bool = True
     ) -> tuple[int, bytes]:
-        """Sends a frame; Ctrl and parameters of the one that answers it.
+        """Sends a frame. Returns Ctrl and parameters of its reply.
 
-        A queued command that finds the queue full waits for room while the queue runs, unless it is not to be
-        ``patient``. It is sent once; when its answer is lost, the arm's indices say whether it was taken. What can
-        brick, unlearn or unlock something is sent if ``allow`` or ``MAGICIAN_ALLOW`` names it.
+        If the queue is full, a queued command waits for room while the queue runs, unless ``patient`` is false. It is
+        sent once; if its reply is lost, the indices of the arm show if it was accepted. Commands that can brick the
+        arm, change its calibration or unlock something are sent only if ``allow`` or ``MAGICIAN_ALLOW`` names them.
         """
         if self.closed:
             raise ClosedError("the connection is closed")
@@ -122,11 +122,11 @@ class Line:
         return answer
 
     def start_empty_queue(self) -> None:
-        """Starts the queue if it is empty: nothing moves by that. What another program left in it stays."""
+        """Starts the queue if it is empty, which moves nothing. Commands left by another program stay in it."""
         self._wait(self._core.start_empty_queue())
 
     def finish(self, index: int, motion: bool = False) -> None:
-        """Waits until a queued command has finished; of a motion, also whether it was refused."""
+        """Waits until a queued command has finished. With ``motion``, a refused motion is detected."""
         self._wait(self._core.finished(index, motion))
 
     def _wait(self, call: Call[T]) -> T:
@@ -142,17 +142,18 @@ class Line:
             raise
 
     def interrupted(self) -> None:
-        """Somebody pressed Ctrl-C, whatever the program makes of it: has the arm stopped, and returns at once."""
+        """Handles Ctrl-C independently of the program: requests a stop of the arm and returns at once."""
         if not self.closed:
             self._stopped = True
             self._core.request_stop()
 
     def set_timeout(self, timeout: float) -> None:
-        """How long (s) every call may take from now on."""
+        """Sets the timeout of later calls, s."""
         self._core.set_timeout(timeout)
 
     def stop(self, because: BaseException) -> None:
-        """Stops the arm and the laser at once and empties the queue; what is in doubt is noted on the exception."""
+        """Stops arm and laser immediately and clears the queue. If the stop is unconfirmed, adds a note to the
+        exception."""
         if not self.closed:
             wait_stopped(self._core, because)
 
@@ -161,13 +162,13 @@ class Line:
         with self._leaving:
             if not self.closed:
                 self.closed = True
-                if self._bench is not None:
-                    self._bench.lock.release()
+                if self._slot is not None:
+                    self._slot.lock.release()
                 wait(self._core.close())
 
 
-class _Bench:
-    """A place for a virtual arm: it stays switched on when a program disconnects, and is found again as it was left."""
+class _VirtualArmSlot:
+    """Slot of a virtual arm, which keeps its state when a program disconnects and connects again."""
 
     def __init__(self, speed: float) -> None:
         self.speed = speed
@@ -175,8 +176,8 @@ class _Bench:
         self.lock = threading.Lock()
 
 
-def _bench(port: str) -> _Bench | None:
-    """The virtual arm at a port, held; ``None`` for ports of other kinds."""
+def _slot(port: str) -> _VirtualArmSlot | None:
+    """Acquires the virtual arm at a port; ``None`` for other kinds of port."""
     kind, _, speed = port.lower().partition(":")
     if kind != "sim":
         return None
@@ -184,17 +185,17 @@ def _bench(port: str) -> _Bench | None:
         times = 0.0 if speed in ("", "max") else float(speed.removesuffix("x"))
     except ValueError:
         return None
-    for bench in _benches:
-        if bench.speed == times and bench.lock.acquire(blocking=False):
-            return bench
-    bench = _Bench(times)
-    bench.lock.acquire()
-    _benches.append(bench)
-    return bench
+    for slot in _slots:
+        if slot.speed == times and slot.lock.acquire(blocking=False):
+            return slot
+    slot = _VirtualArmSlot(times)
+    slot.lock.acquire()
+    _slots.append(slot)
+    return slot
 
 
-def _connecting(port: str, bench: _Bench | None, timeout: float) -> Call[Core]:
-    if bench is None:
+def _connecting(port: str, slot: _VirtualArmSlot | None, timeout: float) -> Call[Core]:
+    if slot is None:
         return Core.connect(port, timeout=timeout, window=1, probe=True, reconnect=True, echo=0.1)
     # A virtual arm answers at once; the rest is for a busy computer.
-    return bench.cell.connect(timeout=max(timeout, 10.0), window=1, probe=True, reconnect=True, echo=0.1)
+    return slot.cell.connect(timeout=max(timeout, 10.0), window=1, probe=True, reconnect=True, echo=0.1)

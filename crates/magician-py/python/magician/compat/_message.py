@@ -1,4 +1,4 @@
-"""A frame of the protocol, as programs for pydobot build and read them."""
+"""Frame of the protocol, as programs for pydobot build and read it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ HEADER = b"\xaa\xaa"
 
 
 class Message:
-    """A frame: ``id``, ``ctrl`` and ``params`` are what it says, the rest follows from them.
+    """Frame: ``id``, ``ctrl`` and ``params`` are its content; the rest is derived from them.
 
-    ``id`` and ``ctrl`` may be numbers or members of the enums; ``params`` anything that ``bytes`` takes.
+    ``id`` and ``ctrl`` may be numbers or members of the enums; ``params`` is anything that ``bytes`` accepts.
     """
 
     id: int | Enum
@@ -35,21 +35,21 @@ class Message:
 
     @classmethod
     def answer(cls, id: int, ctrl: int, params: bytes) -> Message:
-        """A frame that came from an arm."""
+        """Creates the message of a frame received from an arm."""
         message = cls()
         message.id, message.ctrl, message.params = id, ctrl, params
         message.refresh()
         return message
 
     def refresh(self) -> None:
-        """Makes numbers of enums, and length and checksum of the rest."""
+        """Converts enums to numbers, and updates length and checksum."""
         self.id, self.ctrl = _number(self.id), _number(self.ctrl)
         if self.checksum is None:
             self.len = 2 + len(self.params)
             self.checksum = -(self.id + self.ctrl + sum(self.params)) & 0xFF
 
     def bytes(self) -> builtins.bytes | bytearray:
-        """The frame: ``bytearray`` if it has parameters, as ever."""
+        """Encodes the frame; a ``bytearray`` if it has parameters, as in pydobot."""
         self.refresh()
         assert self.checksum is not None
         head = bytearray((*HEADER, self.len, _number(self.id), _number(self.ctrl)))

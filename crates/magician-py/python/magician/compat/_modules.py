@@ -1,4 +1,4 @@
-"""The names under which programs import what stands in."""
+"""Import hooks for the names of the replaced libraries."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from types import ModuleType
 from . import _library, _script, _serial
 from ._program import OTHER_WRAPPERS, WRAPPER, is_wrapper
 
-__all__ = ["DOORS", "PYDOBOTS", "install", "needed", "of_dobotlab"]
+__all__ = ["PYDOBOTS", "STAND_INS", "dobotlab_globals", "install", "needed_copies"]
 
 PYDOBOTS = ("pydobot", "pydobotplus", "pydobot2")
 # Imported module, and its stand-in.
-DOORS = {
+STAND_INS = {
     **{name: name for name in PYDOBOTS},
     # The example of pydobotplus imports its inner module by this name.
     "dobotplus": "pydobotplus",
@@ -33,12 +33,12 @@ DOORS = {
 }
 
 
-class _Names(MetaPathFinder):
-    """Finds what stands in before what is installed, but for libraries whose own copy a program needs."""
+class _StandInFinder(MetaPathFinder):
+    """Finds the stand-ins before installed packages, except for libraries whose own copy a program needs."""
 
     def __init__(self, pydobot: str, family: str, own: Collection[str], wrappers: Sequence[Path]) -> None:
         self.family, self.wrappers = family, wrappers
-        self.homes = {name: f"{__package__}.{home}" for name, home in DOORS.items() if name not in own}
+        self.homes = {name: f"{__package__}.{home}" for name, home in STAND_INS.items() if name not in own}
         if "pydobot" in self.homes:
             self.homes["pydobot"] = f"{__package__}.{pydobot}"
 
@@ -47,15 +47,15 @@ class _Names(MetaPathFinder):
     ) -> ModuleSpec | None:
         # In any package: programs carry copies of it.
         if is_wrapper(fullname.rpartition(".")[2]):
-            return ModuleSpec(fullname, _Family(self.family, self.wrappers))
+            return ModuleSpec(fullname, _FamilyLoader(self.family, self.wrappers))
         root, dot, rest = fullname.partition(".")
         home = self.homes.get(root)
-        return ModuleSpec(fullname, _Same(home + dot + rest)) if home else None
+        return ModuleSpec(fullname, _AliasLoader(home + dot + rest)) if home else None
 
 
-class _Missing(MetaPathFinder):
-    """Finds what nobody else finds: the packages of the vendor's wrapper of a program that comes without its copy, and
-    the wrapper under names that are nearly its own. Each of those has connections of its own, as it had a library."""
+class _FallbackFinder(MetaPathFinder):
+    """Finds modules that nothing else finds: the packages of the vendor's wrapper for a program without a copy of it,
+    and the wrapper under similar names. Each of the latter has its own connections, as it had its own library."""
 
     def __init__(self, names: Collection[str], family: str) -> None:
         self.names, self.family = names, family
@@ -64,12 +64,12 @@ class _Missing(MetaPathFinder):
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         if OTHER_WRAPPERS.fullmatch(fullname.rpartition(".")[2]):
-            return ModuleSpec(fullname, _Another(self.family), is_package=True)
+            return ModuleSpec(fullname, _InstanceLoader(self.family), is_package=True)
         return ModuleSpec(fullname, None, is_package=True) if fullname in self.names else None
 
 
-class _Same(Loader):
-    """Loads a module under another name: both are the same."""
+class _AliasLoader(Loader):
+    """Loads a module under another name; both names give the same module."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -84,8 +84,8 @@ class _Same(Loader):
         module.__spec__ = self.spec
 
 
-class _Family(_Same):
-    """Loads a family of ``DobotDllType``; names that only a program's changed copy of it has come from there."""
+class _FamilyLoader(_AliasLoader):
+    """Loads a family of ``DobotDllType``. Names that exist only in a program's modified copy come from that copy."""
 
     def __init__(self, name: str, wrappers: Sequence[Path]) -> None:
         super().__init__(name)
@@ -97,13 +97,13 @@ class _Family(_Same):
         module = dobotdll.family(self.name)
         # `from DobotDllType import DobotDllType` gives the same module.
         module.__dict__.setdefault(WRAPPER, module)
-        module.__dict__["__getattr__"] = _Copies(self.wrappers)
+        module.__dict__["__getattr__"] = _CopiedNames(self.wrappers)
         self.spec = module.__spec__
         return module
 
 
-class _Another(_Same):
-    """Loads a family of ``DobotDllType`` once more."""
+class _InstanceLoader(_AliasLoader):
+    """Loads another instance of a family of ``DobotDllType``."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         from . import dobotdll
@@ -114,8 +114,8 @@ class _Another(_Same):
         return module
 
 
-class _Copies:
-    """A module's ``__getattr__`` that looks into a program's own copies of the vendor's wrapper."""
+class _CopiedNames:
+    """``__getattr__`` of a module, which searches a program's own copies of the vendor's wrapper."""
 
     def __init__(self, files: Sequence[Path]) -> None:
         self.files = files
@@ -136,18 +136,18 @@ class _Copies:
         raise AttributeError(f"module '{WRAPPER}' has no attribute '{name}'")
 
 
-def of_dobotlab() -> dict[str, object]:
-    """What DobotLab puts into scripts."""
+def dobotlab_globals() -> dict[str, object]:
+    """Returns the names that DobotLab injects into scripts."""
     from . import dobotedu
 
     return {name: getattr(dobotedu, name) for name in ("magician", "magicbox", "m_lite", "go", "dobot_edu")}
 
 
-def needed(copies: Mapping[str, str], sources: Collection[str], pydobot: str) -> list[str]:
-    """The libraries whose own copy a program has (their text by their name), and uses names of that are not here."""
+def needed_copies(copies: Mapping[str, str], sources: Collection[str], pydobot: str) -> list[str]:
+    """Returns the libraries of which the program has a copy (text by name) and uses names that are missing here."""
     found: list[str] = []
     for name, copy in copies.items():
-        home = pydobot if name == "pydobot" else DOORS[name]
+        home = pydobot if name == "pydobot" else STAND_INS[name]
         modules = [importlib.import_module(f"{__package__}.{home}")]
         modules += [each for each in vars(modules[0]).values() if isinstance(each, ModuleType)]
         ours = {name for module in modules for name in vars(module)}
@@ -165,12 +165,14 @@ def install(
     own: Collection[str] = (),
     wrappers: Sequence[Path] = (),
 ) -> None:
-    """Lets programs of this process import the stand-ins, load the vendor's library, and open the arm's port.
+    """Makes the programs of this process import the stand-ins, load the stand-in for the vendor's library, and open the
+    arm's port.
 
-    ``pydobot`` is the library that is meant by that name, ``family`` that of ``DobotDllType``, ``packages`` those that
-    it is imported from, ``own`` the libraries whose copy the program needs, ``wrappers`` the copies of the wrapper.
+    ``pydobot`` is the library that ``import pydobot`` means, ``family`` the family of ``DobotDllType``, ``packages``
+    the packages from which that is imported, ``own`` the libraries of which the program needs its copy, and
+    ``wrappers`` the copies of the wrapper.
     """
     _serial.install()
     _library.install(family)
-    sys.meta_path.insert(0, _Names(pydobot, family, own, wrappers))
-    sys.meta_path.append(_Missing(packages, family))
+    sys.meta_path.insert(0, _StandInFinder(pydobot, family, own, wrappers))
+    sys.meta_path.append(_FallbackFinder(packages, family))

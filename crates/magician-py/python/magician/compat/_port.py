@@ -1,4 +1,4 @@
-"""The serial port of a connected arm."""
+"""Serial port of a connected arm."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ CURRENT_INDEX = 246
 
 
 class Port:
-    """The serial port of a connected arm, as far as programs look at it beside the library.
+    """Serial port of a connected arm, with the members that programs use besides the library.
 
-    Frames that are written to it are sent, and their answers can be read from it.
+    Written frames are sent, and their replies can be read from it.
     """
 
     def __init__(self, line: Line) -> None:
@@ -31,24 +31,24 @@ class Port:
 
     @property
     def is_open(self) -> bool:
-        """Whether the connection is open."""
+        """True if the connection is open."""
         return not self._line.closed
 
     def isOpen(self) -> bool:
-        """Whether the connection is open."""
+        """True if the connection is open."""
         return self.is_open
 
     @property
     def in_waiting(self) -> int:
-        """Bytes that can be read."""
+        """Number of bytes that can be read."""
         return len(self._answers)
 
     def inWaiting(self) -> int:
-        """Bytes that can be read."""
+        """Number of bytes that can be read."""
         return self.in_waiting
 
     def write(self, data: bytes | bytearray) -> int:
-        """Sends the frames in these bytes, each when it is whole."""
+        """Sends the frames in these bytes, each once it is complete."""
         self._written += data
         while (start := self._written.find(b"\xaa\xaa")) >= 0 and len(self._written) > start + 2:
             end = start + 4 + self._written[start + 2]
@@ -68,29 +68,29 @@ class Port:
         return len(data)
 
     def read(self, size: int = 1) -> bytes:
-        """So many bytes of answers, or as many as there are."""
+        """Reads this many bytes of replies, or as many as there are."""
         taken = bytes(self._answers[:size])
         del self._answers[:size]
         return taken
 
     def read_all(self) -> bytes:
-        """All bytes of answers."""
+        """Reads all bytes of replies."""
         return self.read(len(self._answers))
 
     def reset_input_buffer(self) -> None:
-        """Forgets answers that were not read."""
+        """Discards unread replies."""
         self._answers.clear()
 
     flushInput = reset_input_buffer
 
     def reset_output_buffer(self) -> None:
-        """Forgets a frame that was written in part."""
+        """Discards a partly written frame."""
         self._written.clear()
 
     flushOutput = reset_output_buffer
 
     def flush(self) -> None:
-        """Does nothing: a frame is sent when it is whole."""
+        """Does nothing: a frame is sent once it is complete."""
 
     def close(self) -> None:
         """Ends the connection."""

@@ -1,4 +1,4 @@
-"""What a program consists of: its own modules, found by what they import and without running them."""
+"""Modules of a program, found by their imports without running them."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["OTHER_WRAPPERS", "WRAPPER", "Program", "is_wrapper", "look_over", "text"]
+__all__ = ["OTHER_WRAPPERS", "WRAPPER", "Program", "find_modules", "is_wrapper", "text"]
 
 WRAPPER = "DobotDllType"
-"""The last part of every name that the vendor's wrapper is imported by: programs keep it in packages of their own."""
+"""Last part of every name of the vendor's wrapper, which programs keep in packages of their own."""
 
 OTHER_WRAPPERS = re.compile(r"dobot\d*dll\d*(type\d*)?", re.IGNORECASE)
-"""Modules that are nearly named so: the wrapper for a second arm, or without its last word."""
+"""Similar module names: the wrapper for a second arm, or without the last word of its name."""
 
 LIBRARIES = {
     "pydobot", "pydobotplus", "pydobot2", "dobotplus", "pydobotpp", "pydobotlab", "dobotapi", "dobotWrapperPy",
     "DobotEDU", "DobotRPC",
 }  # fmt: skip
-"""What is stood in for at the top, wherever its own files lie."""
+"""Top-level modules that are replaced, wherever their files are."""
 
 MOST = 1000
-"""Modules that are looked at: no program that was written for an arm has so many."""
+"""Largest number of modules examined, more than any known program for an arm has."""
 
 
 def is_wrapper(name: str) -> bool:
-    """Whether this is the name of the vendor's wrapper, as programs write it: some file systems ignore case."""
+    """True for the name of the vendor's wrapper, ignoring case, since some file systems do."""
     return re.fullmatch(r"dobotdlltype", name, re.IGNORECASE) is not None
 
 
 class Program(NamedTuple):
-    """A program's text, and what belongs to it."""
+    """Text of a program and of its modules."""
 
     sources: list[str]
     """Its modules, the one that is run first."""
@@ -53,12 +53,12 @@ class _Import(NamedTuple):
     members: tuple[str, ...]
 
 
-def look_over(path: Path, source: str, folder: Path) -> Program:
-    """Follows the imports of a program within its own folder and the folders that it adds to ``sys.path``.
+def find_modules(path: Path, source: str, folder: Path) -> Program:
+    """Follows the imports of a program within its folder and the folders that it adds to ``sys.path``.
 
-    :param path: The file that is run.
-    :param source: Its text.
-    :param folder: Where its absolute imports begin.
+    :param path: File that is run.
+    :param source: Text of the file.
+    :param folder: Folder in which its absolute imports begin.
     """
     program = Program([], [], set(), {})
     waiting, met, roots = deque([(path, source)]), {_real(path)}, [folder]
@@ -69,7 +69,7 @@ def look_over(path: Path, source: str, folder: Path) -> Program:
             tree = ast.parse(source)
         except (SyntaxError, ValueError):
             continue
-        roots += [root for root in _added(tree, folder) if root not in roots]
+        roots += [root for root in _added_folders(tree, folder) if root not in roots]
         _note(path.parent / f"{WRAPPER}.py", program.wrappers)
         for found in _imports(tree):
             whole = found.name.split(".") if found.name else []
@@ -81,8 +81,8 @@ def look_over(path: Path, source: str, folder: Path) -> Program:
                 last = max((at for at, part in enumerate(parts) if OTHER_WRAPPERS.fullmatch(part)), default=0)
                 if not found.level:
                     program.packages.update(".".join(parts[:end]) for end in range(1, last + 1))
-                for base in _bases(found, path, roots):
-                    for file in _files(base, parts):
+                for base in _search_folders(found, path, roots):
+                    for file in _imported_files(base, parts):
                         if is_wrapper(file.stem):
                             _note(file, program.wrappers)
                         elif not found.level and parts[0] in LIBRARIES:
@@ -104,8 +104,8 @@ def _imports(tree: ast.AST) -> Iterator[_Import]:
             yield _Import(node.level, node.module or "", tuple(each.name for each in node.names))
 
 
-def _added(tree: ast.AST, folder: Path) -> Iterator[Path]:
-    """The folders that a program adds to ``sys.path`` by name."""
+def _added_folders(tree: ast.AST, folder: Path) -> Iterator[Path]:
+    """Returns the folders that a program adds to ``sys.path`` as literals."""
     for node in ast.walk(tree):
         if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.args):
             continue
@@ -121,8 +121,8 @@ def _added(tree: ast.AST, folder: Path) -> Iterator[Path]:
             yield Path(place.value)
 
 
-def _bases(found: _Import, path: Path, roots: list[Path]) -> list[Path]:
-    """Where the parts of a name begin."""
+def _search_folders(found: _Import, path: Path, roots: list[Path]) -> list[Path]:
+    """Returns the folders in which the search for an import begins."""
     if not found.level:
         return roots
     base = path.parent
@@ -131,8 +131,8 @@ def _bases(found: _Import, path: Path, roots: list[Path]) -> list[Path]:
     return [base]
 
 
-def _files(base: Path, parts: list[str]) -> Iterator[Path]:
-    """The files that are run when a name is imported: its packages' and its own."""
+def _imported_files(base: Path, parts: list[str]) -> Iterator[Path]:
+    """Returns the files that an import of this name runs: those of its packages, and its own."""
     at = base
     candidates: list[Path] = []
     if not parts:
@@ -154,7 +154,7 @@ def _real(path: Path) -> str:
 
 
 def text(file: Path) -> str:
-    """A module as text, in the encoding that it names; one that cannot be read is empty."""
+    """Reads a module as text, in its declared encoding; empty if it cannot be read."""
     try:
         with tokenize.open(file) as opened:
             return opened.read()

@@ -1,4 +1,4 @@
-"""What the three libraries have in common: one method for every frame that they send."""
+"""Common base of the three libraries: one method for every frame that they send."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ __all__ = ["Robot"]
 
 
 def floats(*values: float) -> bytes:
-    """Numbers as they travel."""
+    """Encodes numbers as 32-bit floats."""
     return struct.pack(f"<{len(values)}f", *values)
 
 
 def switch(enable: object, name: str) -> bytes:
-    """Control byte and level of a tool. Only ``True`` itself switches on, as ever."""
+    """Returns the control byte and level of a tool. Only ``True`` itself switches on, as in the libraries."""
     if enable is not True and enable:
         warnings.warn(f"{name}({enable!r}) switches off, as it always did: write {name}(True)", stacklevel=4)
     return bytes((1, enable is True))
 
 
 class Robot:
-    """A connected arm. Every method sends one frame and returns the one that answers it.
+    """Connected arm. Every method sends one frame and returns the reply.
 
-    Programs make classes of their own of the libraries' arms, and put into them what they like: what those libraries do
-    not have themselves is called ``_magician_…`` here.
+    Programs subclass the arms of these libraries and add attributes of any name. Members that the libraries do not have
+    are therefore called ``_magician_…`` here.
     """
 
     _magician_line: Line
@@ -54,7 +54,7 @@ class Robot:
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
 
     def _magician_setup(self) -> None:
-        """What the libraries send to every arm that they connect to."""
+        """Sends what the libraries send to every arm after connecting."""
         self._set_queued_cmd_start_exec()
         self._set_queued_cmd_clear()
         self._set_ptp_joint_params(200, 200, 200, 200, 200, 200, 200, 200)
@@ -63,7 +63,7 @@ class Robot:
         self._set_ptp_common_params(velocity=100, acceleration=100)
 
     def _magician_fault(self, error: Error) -> Exception:
-        """The exception that a program for this library expects."""
+        """Converts an error to the exception that a program for this library expects."""
         return error
 
     def _magician_exchange(self, msg: Message) -> Message:
@@ -83,16 +83,16 @@ class Robot:
             raise self._magician_fault(error) from error
 
     def _send_message(self, msg: Message) -> None:
-        """Sends a frame; :meth:`_read_message` has its answer."""
+        """Sends a frame; :meth:`_read_message` returns its reply."""
         self._magician_answer = self._magician_exchange(msg)
 
     def _read_message(self) -> Message | None:
-        """The answer to the frame that was sent last, once."""
+        """Returns the reply to the last frame sent, once."""
         answer, self._magician_answer = self._magician_answer, None
         return answer
 
     def _send_command(self, msg: Message, wait: bool = False) -> Message:
-        """Sends a frame and returns its answer; with ``wait``, when the queued command has finished."""
+        """Sends a frame and returns its reply; with ``wait``, after the queued command has finished."""
         answer = self._magician_exchange(msg)
         if wait:
             self._magician_finish(self._magician_index(answer), motion=True)
@@ -105,7 +105,7 @@ class Robot:
 
     @staticmethod
     def _magician_index(response: Message) -> int:
-        """The queue index in the answer to a queued command."""
+        """Returns the queue index in the reply to a queued command."""
         return int.from_bytes(response.params[:8], "little")
 
     def _get_queued_cmd_current_index(self) -> int:

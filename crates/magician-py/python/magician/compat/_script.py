@@ -1,4 +1,4 @@
-"""What a program says about the library that it was written for."""
+"""Detection of the library that a program was written for."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ LIBRARIES = ("pydobot", "pydobotplus", "pydobot2", "dobotplus")
 ARM = "Dobot"
 
 
-class Seen(NamedTuple):
-    """Names in a program."""
+class UsedNames(NamedTuple):
+    """Names used in a program."""
 
     imported: set[str]
     anywhere: set[str]
     of_arms: set[str]
 
 
-def names(*sources: str) -> Seen:
-    """What a program imports from these libraries, the names after a dot, and those after one that holds an arm."""
-    seen, arms = Seen(set(), set(), set()), {"super()"}
+def names(*sources: str) -> UsedNames:
+    """Collects a program's imports from these libraries, its attributes, and those of variables that hold an arm."""
+    seen, arms = UsedNames(set(), set(), set()), {"super()"}
     trees = [tree for tree in map(_tree, sources) if tree is not None]
     for node in (node for tree in trees for node in ast.walk(tree)):
         if isinstance(node, ast.ImportFrom):
@@ -74,7 +74,7 @@ def _makes_arm(node: ast.AST) -> bool:
 
 
 def _name(node: ast.AST) -> str:
-    """The last part of a name: ``robot`` of ``self.robot``."""
+    """Returns the last part of a name: ``robot`` of ``self.robot``."""
     if isinstance(node, ast.Attribute):
         return node.attr
     if isinstance(node, ast.Call):
@@ -83,8 +83,8 @@ def _name(node: ast.AST) -> str:
 
 
 def which_pydobot(*sources: str, copy: str = "") -> str:
-    """Which library ``import pydobot`` means in a program of these modules: the one that its imports name, the one of
-    its own ``copy`` (the text of that), the one that is installed, or the one whose names are used."""
+    """Determines the library that ``import pydobot`` means in a program of these modules: the one that its imports
+    name, that of its own ``copy`` (given as text), the installed one, or the one whose names are used."""
     imported, anywhere, of_arms = names(*sources)
     if "dobotplus" in imported | anywhere or imported & PLUS:
         return "pydobotplus"
@@ -106,7 +106,7 @@ def which_pydobot(*sources: str, copy: str = "") -> str:
 
 
 def needs_copy(*sources: str, copy: str, ours: Collection[str]) -> bool:
-    """Whether a program uses what only its own copy of the library has: then that is run, over the port here."""
+    """True if a program uses names that only its own copy of the library has. That copy then runs over the port."""
     tree = _tree(copy)
     if tree is None:
         return False
@@ -127,7 +127,7 @@ def _installed(name: str) -> bool:
 
 
 def expects_magician(source: str) -> bool:
-    """Whether a script takes ``magician`` to be there, as DobotLab puts it into scripts."""
+    """True if a script expects the global ``magician`` that DobotLab injects."""
     tree = _tree(source)
     if tree is None:
         return False
@@ -148,8 +148,8 @@ def expects_magician(source: str) -> bool:
 
 
 def which_dobotdll(sources: Collection[str], folder: Path, wrappers: Iterable[Path] = ()) -> str:
-    """Which family of ``DobotDllType`` a program of these modules means: that of the file that it imports, or that lies
-    beside it, else of its calls."""
+    """Determines the family of ``DobotDllType`` for a program of these modules: by the file that it imports or that is
+    beside it, otherwise by its calls."""
     for file in (*wrappers, folder / "DobotDllType.py", *folder.glob("*/DobotDllType.py")):
         try:
             text = file.read_text(encoding="utf-8", errors="replace")
@@ -166,7 +166,7 @@ def which_dobotdll(sources: Collection[str], folder: Path, wrappers: Iterable[Pa
 
 
 def _has_ids(source: str) -> bool:
-    """Whether moves have a number more than their own."""
+    """True if calls of moves have an additional argument, the id of the arm."""
     tree = _tree(source)
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)] if tree else []
     named = [call for call in calls if isinstance(call.func, ast.Attribute) and call.func.attr == "SetPTPCmd"]

@@ -1,4 +1,4 @@
-"""What programs for these libraries ask of pyserial: the port in the library, and the list of ports."""
+"""Parts of pyserial that programs for these libraries use: the library's port, and the list of ports."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from .._ports import SerialPort, ports
-from . import _opening
-from ._line import elsewhere
+from . import _serial_port
+from ._line import redirected_port
 
 __all__ = ["PortInfo", "comports", "grep", "install"]
 
@@ -20,7 +20,7 @@ ADAPTER = "CP2102 USB to UART Bridge Controller (by magician.compat)"
 
 
 class PortInfo:
-    """A port in the list, with the attributes that pyserial gives one."""
+    """Port in the list, with the attributes of pyserial."""
 
     def __init__(self, port: SerialPort) -> None:
         device, vid, pid = port.path, port.vendor, port.product
@@ -48,11 +48,11 @@ class PortInfo:
         """Not known."""
 
     def usb_description(self) -> str:
-        """The description."""
+        """Returns the description."""
         return self.description
 
     def usb_info(self) -> str:
-        """The ids."""
+        """Returns the USB ids."""
         return self.hwid
 
     def __getitem__(self, index: int) -> str:
@@ -69,7 +69,8 @@ class PortInfo:
 
 
 class _AnyPort(str):
-    """The name of the port that all connections go to. Programs pick theirs by a part of its name: it has each."""
+    """Name of the port to which all connections are redirected. It matches the usual parts of port names, by which
+    programs choose theirs."""
 
     PARTS = re.compile(r"(/dev/)?(tty|cu)(\.|USB|ACM|AMA|S)?|COM|usb(serial|modem)?|/dev/?", re.IGNORECASE)
 
@@ -77,13 +78,13 @@ class _AnyPort(str):
         return super().__contains__(part) or self.PARTS.fullmatch(part) is not None
 
     def startswith(self, prefix: str | tuple[str, ...], *rest: Any) -> bool:
-        """Whether it begins so, or could."""
+        """True if the name begins with one of these texts, or if they are usual parts of port names."""
         each = prefix if isinstance(prefix, tuple) else (prefix,)
         return super().startswith(prefix, *rest) or any(self.PARTS.fullmatch(part) for part in each)
 
 
 class _Ports(list[Any]):
-    """The list when all connections go to one arm: it is there at every place where a program's author had theirs."""
+    """List of ports while all connections are redirected: it has the arm at every index that a program may use."""
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, int) and not -len(self) <= index < len(self):
@@ -95,8 +96,8 @@ _real: list[Any] = []
 
 
 def comports(include_links: bool = False) -> list[Any]:
-    """The serial ports of this computer; the arm that all connections go to, if they do, comes first."""
-    port = elsewhere()
+    """Returns the serial ports of this computer. If all connections are redirected, that arm comes first."""
+    port = redirected_port()
     found = list(_real[0](include_links)) if _real else [PortInfo(port) for port in ports()]
     if port and not port.startswith("/dev/"):
         # pyserial's own list uses glob(), and would find the arm through this one.
@@ -111,7 +112,7 @@ def comports(include_links: bool = False) -> list[Any]:
 
 
 def grep(regexp: str, include_links: bool = False) -> Iterator[Any]:
-    """The ports whose device, description or ids match."""
+    """Returns the ports whose device, description or ids match."""
     pattern = re.compile(regexp, re.IGNORECASE)
     for info in comports(include_links):
         if any(pattern.search(text or "") for text in info):
@@ -119,21 +120,21 @@ def grep(regexp: str, include_links: bool = False) -> Iterator[Any]:
 
 
 class _Glob:
-    """``glob.glob`` that finds the arm too where programs look for a serial port."""
+    """``glob.glob`` that also finds the arm if a program searches for serial ports."""
 
     def __init__(self, real: Any) -> None:
         self.real = real
 
     def __call__(self, pathname: Any, *rest: Any, **named: Any) -> list[Any]:
         found = list(self.real(pathname, *rest, **named))
-        port = elsewhere()
+        port = redirected_port()
         return _Ports([port, *found]) if port and re.match(r"/dev/(tty|cu|serial)|COM", str(pathname)) else found
 
 
 def install() -> None:
-    """Lets ``serial.tools.list_ports`` be the list here, and ``serial.Serial`` the arm where all connections go to one;
-    the rest of pyserial stays what it is, if it is installed."""
-    if elsewhere():
+    """Replaces ``serial.tools.list_ports`` by the list here and, if all connections go to one arm, ``serial.Serial`` by
+    that arm. The rest of pyserial, if it is installed, is unchanged."""
+    if redirected_port():
         glob.glob = _Glob(glob.glob)
     try:
         serial: Any = importlib.import_module("serial")
@@ -144,9 +145,9 @@ def install() -> None:
     if list_ports.__dict__["comports"] is not comports:
         _real[:] = [list_ports.__dict__["comports"]]
         list_ports.__dict__.update(comports=comports, grep=grep)
-    if elsewhere():
-        _opening.send_others_to(serial.Serial, serial.SerialException)
-        serial.Serial = _opening.Serial
+    if redirected_port():
+        _serial_port.set_fallback(serial.Serial, serial.SerialException)
+        serial.Serial = _serial_port.Serial
 
 
 def _stand_in() -> None:
@@ -157,14 +158,14 @@ def _stand_in() -> None:
     named: dict[str, object] = {
         each.__name__: each
         for each in (
-            _opening.PortNotOpenError,
-            _opening.Serial,
-            _opening.SerialException,
-            _opening.SerialTimeoutException,
+            _serial_port.PortNotOpenError,
+            _serial_port.Serial,
+            _serial_port.SerialException,
+            _serial_port.SerialTimeoutException,
         )
     }
     numbers = {"FIVEBITS": 5, "SIXBITS": 6, "SEVENBITS": 7, "EIGHTBITS": 8, "STOPBITS_ONE": 1, "STOPBITS_TWO": 2}
-    named["SerialBase"] = _opening.Serial
+    named["SerialBase"] = _serial_port.Serial
     letters = {"PARITY_NONE": "N", "PARITY_EVEN": "E", "PARITY_ODD": "O"}
     serial.__dict__.update(named, **numbers, **letters, tools=tools, serialutil=util)
     util.__dict__.update(named)

@@ -55,11 +55,11 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
     report = yield
     virtual = getattr(item, "funcargs", {}).get("virtual_arm")
     if report.when == "call" and report.failed and virtual is not None:
-        report.sections.append(("virtual arm", _told(virtual)))
+        report.sections.append(("virtual arm", _describe(virtual)))
     return report
 
 
-def _told(virtual: Any) -> str:
+def _describe(virtual: Any) -> str:
     lines = [repr(virtual), *map(repr, virtual.objects)]
     alarms = virtual.alarms
     if alarms:

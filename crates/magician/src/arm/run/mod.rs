@@ -27,7 +27,7 @@ use crate::message;
 use crate::preflight::{CheckedProgram, Preflight};
 use crate::stream::Leftover;
 use crate::{Error, ErrorCode, Result};
-pub use options::{Ran, RunOptions};
+pub use options::{RunOptions, RunSummary};
 use plan::{Backlog, LaserTracker, Planned, Route};
 pub(in crate::arm) use source::Supply;
 pub use source::{CommandSource, Feeder};
@@ -96,7 +96,7 @@ pub struct Run<C> {
     ahead: Backlog,
     /// Stop count of the caller, if the arm was read before the start.
     stops: Option<u64>,
-    ran: Ran,
+    ran: RunSummary,
     total: Option<u64>,
     light: LaserTracker,
     /// Error of the command before which the run ends.
@@ -167,7 +167,7 @@ impl<C: CommandSource> Run<C> {
             lasts: 0,
             ahead: Backlog::default(),
             stops: options.stops,
-            ran: Ran::default(),
+            ran: RunSummary::default(),
             total,
             light: LaserTracker::default(),
             refused: None,
@@ -213,7 +213,7 @@ impl<C: CommandSource> Run<C> {
     /// On a second call also [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the arm is
     /// not where it should be, and [`ErrorKind::Closed`](crate::ErrorKind::Closed) if the run is
     /// [over](Self::is_interrupted).
-    pub async fn wait(&mut self, mut progress: impl FnMut(Progress)) -> Result<Ran> {
+    pub async fn wait(&mut self, mut progress: impl FnMut(Progress)) -> Result<RunSummary> {
         let arm = self.arm.clone();
         let stops = self.stops.take().unwrap_or_else(|| arm.stops());
         self.may_go_on()?;
@@ -310,7 +310,7 @@ impl<C: CommandSource> Run<C> {
 
     /// Returns the result so far. Commands count once the arm has accepted them.
     #[must_use]
-    pub fn ran(&self) -> Ran {
+    pub fn ran(&self) -> RunSummary {
         self.ran
     }
 

@@ -122,7 +122,7 @@ impl RunOptions {
 /// Result of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Ran {
+pub struct RunSummary {
     /// Number of commands that the arm accepted and finished.
     pub commands: u64,
     /// Index of the first command.

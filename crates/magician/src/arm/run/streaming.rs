@@ -1,7 +1,7 @@
 //! Streaming runs: commands pushed by a [`Feeder`] while they run.
 
 use super::source::RunSupply;
-use super::{Feeder, Ran, Run, RunOptions};
+use super::{Feeder, Run, RunOptions, RunSummary};
 use crate::arm::Arm;
 use crate::preflight::Guards;
 use crate::{Progress, Result};
@@ -65,7 +65,7 @@ impl Streaming {
     ///
     /// # Errors
     /// Same as [`Arm::run_with`] and [`Run::wait`]. The run cannot be continued.
-    pub async fn wait(mut self, progress: impl FnMut(Progress)) -> Result<Ran> {
+    pub async fn wait(mut self, progress: impl FnMut(Progress)) -> Result<RunSummary> {
         let run = &mut self.run;
         run.come().await;
         if let Some(first) = run.pending.front() {

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use kurbo::Affine;
 use magician_host::message;
-use magician_host::{Given, Setting};
+use magician_host::{Setting, SettingValue};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 use usvg::fontdb::ID;
@@ -159,7 +159,7 @@ impl StrokeCollector<'_> {
         for character in missing.chars() {
             self.lacks(character, &choice.to_string(), place, |note| {
                 note.remedy(
-                    (Setting::Font, Given::Any("FILE")),
+                    (Setting::Font, SettingValue::Any("FILE")),
                     "writes it with a font that has it",
                 )
             })?;

@@ -1,4 +1,4 @@
-"""dobotapi for programs that were written for it: the released package, and what its newest source has beside it."""
+"""Stand-in for dobotapi: the released package, with the additions of its newest source."""
 
 from . import conveyor_belt, dobot, dobot_interfaces, dobot_message, effectors, exceptions, utils
 from .dobot import Dobot
@@ -17,5 +17,5 @@ __all__ = [
 
 
 def run_shell() -> None:
-    """Not here."""
+    """Raises :exc:`NotImplementedError`: there is no shell."""
     raise NotImplementedError("there is no shell of dobotapi here; `magician` is a command with one verb for each call")

@@ -1,4 +1,4 @@
-"""dobotapi's arm."""
+"""Arm of dobotapi."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 
 from ...errors import Error
 from .._line import GET, QUEUED, SET, Line
-from .._newer import MAX_QUEUE_LEN
+from .._pydobot2 import MAX_QUEUE_LEN
 from .conveyor_belt.belt import ConveyorBelt
 from .dobot_interfaces import GPIO, MODE_PTP, Joints, Pose, Position
 from .effectors.gripper import Gripper
@@ -18,7 +18,7 @@ __all__ = ["GPIO", "MAX_QUEUE_LEN", "MODE_PTP", "Dobot", "DobotException", "Join
 
 
 class Dobot:
-    """An arm, connected by :meth:`connect`. Moves and tools return when they are done, where dobotapi slept 1.5 s."""
+    """Arm, connected by :meth:`connect`. Moves and tools return when they are done, while dobotapi sleeps 1.5 s."""
 
     def __init__(self, port: str | None = None, execution_delay: float = 1.5) -> None:
         self.port = port
@@ -40,7 +40,7 @@ class Dobot:
         return True
 
     def connected(self) -> bool:
-        """Whether it is connected."""
+        """True if the arm is connected."""
         return self._line is not None and not self._line.closed
 
     def close(self) -> None:
@@ -52,7 +52,7 @@ class Dobot:
             self._line.close()
 
     def exchange(self, id: int, ctrl: int, params: bytes = b"", *, wait: bool = False, motion: bool = False) -> bytes:
-        """Sends a frame; the parameters of its answer, with ``wait`` when it is done."""
+        """Sends a frame and returns the parameters of its reply; with ``wait``, after the command has finished."""
         if self._line is None:
             raise DobotException("not connected: call connect() first")
         try:
@@ -76,41 +76,41 @@ class Dobot:
         mode: int = MODE_PTP.MOVL_XYZ,
         delay_overwrite: float | None = None,
     ) -> int:
-        """Goes there; returns the queue index."""
+        """Moves to a pose. Returns the queue index."""
         params = struct.pack("<B4f", int(mode), x, y, z, r)
         return int.from_bytes(self.exchange(84, QUEUED, params, wait=True, motion=True)[:8], "little")
 
     def move_to_position(
         self, position: Position, mode: int = MODE_PTP.MOVL_XYZ, delay_overwrite: float | None = None
     ) -> int:
-        """Goes there; returns the queue index."""
+        """Moves to a pose. Returns the queue index."""
         return self.move_to(*position, mode=mode)
 
     def home(self) -> int:
-        """Homes the arm; no release of dobotapi has it."""
+        """Homes the arm. Releases of dobotapi lack this method."""
         return int.from_bytes(self.exchange(31, QUEUED, wait=True, motion=True)[:8], "little")
 
     def get_pose(self) -> Pose:
-        """Where the arm is."""
+        """Returns the pose of the arm."""
         values = struct.unpack_from("<8f", self.exchange(10, GET))
         return Pose(Position(*values[:4]), Joints(*values[4:]))
 
     pose = get_pose
 
     def ir_toggle(self, enable: bool = True, port: int = GPIO.PORT_GP4) -> int:
-        """Switches the infrared sensor; returns the queue index."""
+        """Switches the infrared sensor. Returns the queue index."""
         return int.from_bytes(self.exchange(138, QUEUED, bytes((enable, port, 1)))[:8], "little")
 
     def get_ir(self, port: int = GPIO.PORT_GP4) -> bool:
-        """Whether something is before the infrared sensor."""
+        """True if an object is in front of the infrared sensor."""
         return bool(self.exchange(138, GET, bytes((port, 1, 1)))[0])
 
     def get_alarms(self) -> tuple[int, ...]:
-        """The first 32 bits of the alarms."""
+        """Returns the first 32 bits of the alarms."""
         return struct.unpack_from("<I", self.exchange(20, GET))
 
     def clear_alarms(self) -> None:
-        """Clears the alarms; no release of dobotapi has it."""
+        """Clears the alarms. Releases of dobotapi lack this method."""
         self.exchange(20, SET)
 
     def speed(self, velocity: float = 100.0, acceleration: float = 100.0) -> None:
@@ -119,7 +119,7 @@ class Dobot:
         self.exchange(81, QUEUED, struct.pack("<4f", velocity, velocity, acceleration, acceleration))
 
     def wait(self, ms: int) -> None:
-        """Makes the queue wait (ms); the program goes on."""
+        """Queues a wait (ms). Returns at once."""
         self.exchange(110, QUEUED, struct.pack("<I", int(ms)))
 
     def delay(self, delay: float | None = None) -> None:

@@ -1,4 +1,4 @@
-"""The names of dobotapi's values."""
+"""Types of dobotapi's values."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from .._alarm import Alarm
-from .._newer import MODE_PTP
+from .._pydobot2 import MODE_PTP
 
 __all__ = ["GPIO", "MODE_PTP", "Alarm", "Joints", "Pose", "Position", "Position2D"]
 
 
 class GPIO(IntEnum):
-    """The sockets, as the arm counts them."""
+    """Sockets in the numbering of the arm."""
 
     PORT_GP1 = 0
     PORT_GP2 = 1
@@ -22,7 +22,7 @@ class GPIO(IntEnum):
 
 
 class Position(NamedTuple):
-    """mm, and degrees for the tool's rotation."""
+    """Position, mm, and rotation of the tool, degrees."""
 
     x: float
     y: float
@@ -31,14 +31,14 @@ class Position(NamedTuple):
 
 
 class Position2D(NamedTuple):
-    """mm."""
+    """Position in a plane, mm."""
 
     x: float
     y: float
 
 
 class Joints(NamedTuple):
-    """Degrees."""
+    """Joint angles, degrees."""
 
     jointA: float
     jointB: float
@@ -46,12 +46,12 @@ class Joints(NamedTuple):
     jointD: float
 
     def ConvertToRadians(self) -> Joints:
-        """The same in radians."""
+        """Returns the angles in radians."""
         return Joints(*map(math.radians, self))
 
 
 class Pose(NamedTuple):
-    """Where the arm is."""
+    """Pose of the arm."""
 
     position: Position
     joints: Joints

@@ -1,4 +1,4 @@
-"""Where dobotapi has its frames."""
+"""Module in which dobotapi has its frames."""
 
 from .._message import Message
 

@@ -1,6 +1,6 @@
-"""dobotapi's exceptions."""
+"""Exceptions of dobotapi."""
 
-from .._newer import DobotException
+from .._pydobot2 import DobotException
 
 __all__ = ["DobotException", "NoComportsAvaliable"]
 

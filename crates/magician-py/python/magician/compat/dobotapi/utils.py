@@ -1,4 +1,4 @@
-"""dobotapi's list of ports."""
+"""List of ports of dobotapi."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ __all__ = ["get_coms_port"]
 
 
 def get_coms_port() -> list[str]:
-    """The serial ports.
+    """Returns the serial ports.
 
-    :raises NoComportsAvaliable: There is none.
+    :raises NoComportsAvaliable: There is no serial port.
     """
     if found := comports():
         return [each.device for each in found]

@@ -1,7 +1,7 @@
-"""DobotEDU for programs that were written for it, and for those of DobotLab.
+"""Stand-in for DobotEDU and for the scripts of DobotLab.
 
-The calls are those of ``_lab``'s table. They go straight to the arm: neither DobotLink nor DobotLab is needed. The name
-of a port before the other arguments may be left out, as after ``set_portname``.
+The calls are those of the table in ``_lab``. They go to the arm directly, without DobotLink and DobotLab. The port, the
+first argument, may be omitted, as after ``set_portname``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 from ...errors import UnsupportedError
 from .. import _lab
-from .._line import Line, elsewhere
+from .._line import Line, redirected_port
 from .._serial import comports
 
 __all__ = [
@@ -29,14 +29,14 @@ __all__ = [
 ]
 
 _lines: dict[str | None, Line] = {}
-_opening = threading.Lock()
+_connect_lock = threading.Lock()
 # Parameters of calls in addition to those of the table.
 _COMMON = {"is_queued", "is_wait", "is_wait_for_finish", "iswait_forfinish", "time_out", "timeout", "port_name"}
 
 
 def _line(port: str | None) -> Line:
-    """The connection to a port, which the first call makes."""
-    with _opening:
+    """Returns the connection to a port; the first call opens it."""
+    with _connect_lock:
         line = _lines.get(port)
         if line is None or line.closed:
             line = _lines[port] = Line(port)
@@ -45,7 +45,7 @@ def _line(port: str | None) -> Line:
 
 
 class _Method:
-    """A call of the table, by one of its names."""
+    """Method for a call of the table, under one of its names."""
 
     def __init__(self, arm: MagicianApi, call: _lab.Call, edu: bool) -> None:
         self._arm, self._call, self._edu = arm, call, edu
@@ -90,13 +90,13 @@ def _is_pin(text: str) -> bool:
 
 
 def _names_of(call: _lab.Call, at: int) -> list[str]:
-    """The names that a parameter has in either library."""
+    """Returns the names of a parameter in both libraries."""
     found = [names.split()[1:] for names in (call.lab, call.edu) if names]
     return [each[at].partition("=")[0] for each in found if at < len(each)]
 
 
 class MagicianApi:
-    """An arm: ``dobot_edu.magician``, ``m_lite``, and the ``magician`` of DobotLab's scripts."""
+    """Arm: ``dobot_edu.magician``, ``m_lite``, and the ``magician`` of DobotLab's scripts."""
 
     Stepper1, Stepper2 = 0, 1
     JOG, PTP, CP, ARC = 0, 1, 2, 3
@@ -105,8 +105,8 @@ class MagicianApi:
         self._port_name = port
 
     def connection(self, port: str | None) -> Line:
-        """The connection to a port, or to the one that was named before."""
-        return _line(None if elsewhere() else port or self._port_name)
+        """Returns the connection to a port, by default to the one named last."""
+        return _line(None if redirected_port() else port or self._port_name)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         for edu in (True, False):
@@ -123,8 +123,8 @@ class MagicianApi:
             super().__setattr__(name, value)
 
     def search_dobot(self) -> list[dict[str, str]]:
-        """The ports that an arm may be at, and which of them this program is connected to."""
-        first = comports()[:1] if elsewhere() else comports()
+        """Returns the ports at which an arm may be, and to which of them this program is connected."""
+        first = comports()[:1] if redirected_port() else comports()
         connected = {line.name for line in [*_lines.values()] if not line.closed}
         return [
             {
@@ -136,7 +136,7 @@ class MagicianApi:
         ]
 
     def connect_dobot(self, port_name: str | None = None, queue_start: bool = True, is_queued: bool = False) -> bool:
-        """Connects; the first call does too."""
+        """Connects. Optional, since the first call connects as well."""
         self.connection(port_name)
         return True
 
@@ -144,18 +144,18 @@ class MagicianApi:
         self, port_name: str | None = None, queue_stop: bool = True, queue_clear: bool = True, is_queued: bool = False
     ) -> bool:
         """Ends the connection."""
-        line = _lines.pop(None if elsewhere() else port_name or self._port_name, None)
+        line = _lines.pop(None if redirected_port() else port_name or self._port_name, None)
         if line is not None:
             line.close()
         return True
 
     def queuedcmd_stop(self, port_name: str | None = None, force_stop: bool = False, is_queued: bool = False) -> bool:
-        """Stops the queue, and with ``force_stop`` the motion."""
+        """Stops the queue; with ``force_stop`` also the motion."""
         self.connection(port_name).exchange(242 if force_stop else 241, 1, b"")
         return True
 
     def set_portname(self, port_name: str | None) -> None:
-        """Names the port of the calls that name none."""
+        """Sets the port for calls that name none."""
         self._port_name = port_name
 
     def set_linearrail_home(self, *_: Any, **__: Any) -> bool:
@@ -164,7 +164,7 @@ class MagicianApi:
 
 
 class _NotAnArm:
-    """A device of DobotEDU that is another than the arm."""
+    """Device of DobotEDU other than the arm."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -179,7 +179,7 @@ class _NotAnArm:
 
 
 class DobotEDU:
-    """The package's object: its arms, and a name for the port."""
+    """Main object of the package: its arms, and the name of the port."""
 
     def __init__(self, account: str | None = None, password: str | None = None) -> None:
         self.magician = self.m_lite = MagicianApi()
@@ -189,11 +189,11 @@ class DobotEDU:
         self.pyimageom = self.face
 
     def set_portname(self, port_name: str | None) -> None:
-        """Names the port of the calls that name none."""
+        """Sets the port for calls that name none."""
         self.magician.set_portname(port_name)
 
     def set_pause(self, _: Any) -> None:
-        """Does nothing: nobody presses pause."""
+        """Does nothing: there is no pause button."""
 
 
 dobot_edu = dobotEdu = DobotEDU()

@@ -1,4 +1,4 @@
-"""The client of DobotLink, which programs patch so that it does not wait."""
+"""Client of DobotLink, which programs patch so that it does not wait."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ __all__ = ["NetworkError", "RPCClient"]
 
 
 class NetworkError(Exception):
-    """Is not raised here: an arm's errors are those of :mod:`magician.errors`."""
+    """Never raised here: errors of an arm are those of :mod:`magician.errors`."""
 
 
 class RPCClient:
-    """Connected without a connection."""
+    """Client that always reports a connection and has none."""
 
     def __init__(self, ip: str = "127.0.0.1", port: int = 9090, *_: object, **__: object) -> None:
         self.ip, self.port = ip, port
@@ -19,5 +19,5 @@ class RPCClient:
         """Returns at once."""
 
     def is_connected(self) -> bool:
-        """It is, as far as programs ask."""
+        """Returns True."""
         return True

@@ -1,4 +1,4 @@
-"""DobotRPC, as far as programs for DobotEDU touch it: there is nothing to connect to."""
+"""Stand-in for the parts of DobotRPC that programs for DobotEDU use. It connects to nothing."""
 
 from . import RPCClient
 from .RPCClient import NetworkError

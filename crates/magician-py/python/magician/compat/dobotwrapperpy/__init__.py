@@ -1,4 +1,4 @@
-"""dobotWrapperPy for programs that were written for it."""
+"""Stand-in for dobotWrapperPy."""
 
 from ..pydobot import Dobot
 from . import dobotapi, dobotasync, dobotConnection, enums, paramsStructures

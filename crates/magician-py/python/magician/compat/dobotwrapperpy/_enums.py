@@ -1,4 +1,4 @@
-"""The enums of dobotWrapperPy, all in one place; it has a module for each."""
+"""Enums of dobotWrapperPy, which has a module for each."""
 
 from enum import Enum
 
@@ -22,28 +22,28 @@ __all__ = [
 
 
 class CPMode(Enum):
-    """What a path's coordinates are."""
+    """Meaning of a path's coordinates: absolute or relative."""
 
     RELATIVE = 0
     ABSOLUTE = 1
 
 
 class EMotorIndex(Enum):
-    """The motors' sockets."""
+    """Sockets of the motors."""
 
     STEPPER1 = 0
     STEPPER2 = 1
 
 
 class HHTTrigMode(Enum):
-    """When teaching by hand reports a point."""
+    """Event at which a point taught by hand is reported."""
 
     TriggeredOnKeyRelease = 0
     TriggeredOnPeriodicInterval = 1
 
 
 class IOFunction(Enum):
-    """What a pin does."""
+    """Function of a pin."""
 
     DUMMY = 0
     DO = 1
@@ -55,7 +55,7 @@ class IOFunction(Enum):
 
 
 class JogCmd(Enum):
-    """Which axis, up or down."""
+    """Axis and direction of a jog."""
 
     IDEL = 0
     AP_DOWN = 1
@@ -69,42 +69,42 @@ class JogCmd(Enum):
 
 
 class JogMode(Enum):
-    """What jogging moves along."""
+    """Coordinates of a jog: Cartesian axes or joints."""
 
     COORDINATE = 0
     JOINT = 1
 
 
 class Level(Enum):
-    """A pin's level."""
+    """Level of a pin."""
 
     LOW = 0
     HIGH = 1
 
 
 class RealTimeTrack(Enum):
-    """How a path is planned."""
+    """Planning mode of a path."""
 
     NONREALTIME = 0
     REALTIME = 1
 
 
 class TagVersionColorSensorAndIR(Enum):
-    """The sensor's version."""
+    """Version of the sensor."""
 
     VERSION1 = 0
     VERSION2 = 1
 
 
 class tagVersionRail(Enum):
-    """The rail's version."""
+    """Version of the rail."""
 
     VER_V1 = 0
     VER_V2 = 1
 
 
 class TriggerCondition(Enum):
-    """What a trigger waits for."""
+    """Condition of a trigger."""
 
     LEVEL_EQUAL = 0
     AD_LESS = 0  # noqa: PIE796
@@ -115,7 +115,7 @@ class TriggerCondition(Enum):
 
 
 class TriggerMode(Enum):
-    """What a trigger looks at."""
+    """Input kind of a trigger: level or analogue value."""
 
     LEVEL = 0
     AD = 1

@@ -1,4 +1,4 @@
-"""dobotWrapperPy's connection."""
+"""Connection of dobotWrapperPy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["DobotConnection"]
 
 
 class DobotConnection:
-    """A connection to the arm at a port, or at that of a serial port that a program has opened."""
+    """Connection to the arm at a port, or at the serial port that a program has opened."""
 
     def __init__(self, port: str | None = None, serial_conn: Any = None) -> None:
         if port is None and serial_conn is None:

@@ -1,4 +1,4 @@
-"""dobotWrapperPy's arm: a frame for each call, as its table of calls says."""
+"""Arm of dobotWrapperPy: a frame for each call of its table."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ MOTIONS = {"set_ptp_cmd", "set_ptp_with_rail_cmd", "set_cp_cmd", "set_cp_le_cmd"
 
 
 def _flat(value: Any) -> Iterator[Any]:
-    """The numbers in a value, in the order in which they travel."""
+    """Returns the numbers in a value in wire order."""
     if isinstance(value, Enum):
         yield value.value
     elif dataclasses.is_dataclass(value):
@@ -116,7 +116,8 @@ def _flat(value: Any) -> Iterator[Any]:
 
 
 class DobotApi:
-    """An arm: ``set_..(params, wait=False, is_queued=False)`` returns the index if it is queued, ``get_..()`` what is.
+    """Arm: ``set_..(params, wait=False, is_queued=False)`` returns the index if it is queued, ``get_..()`` returns the
+    value.
 
     With ``wait``, a queued call returns when it is done.
     """
@@ -192,23 +193,23 @@ class DobotApi:
         return self._set(62, bytes((1, enable)), wait, is_queued)
 
     def get_pose(self) -> Any:
-        """Where the arm is."""
+        """Returns the pose of the arm."""
         values = struct.unpack_from("<8f", self._send(10, GET))
         return getattr(paramsStructures, "tagPose")(*values[:4], list(values[4:]))  # noqa: B009
 
     def get_active_alarms(self) -> set[Alarm]:
-        """The alarms that stand."""
+        """Returns the active alarms."""
         bits = int.from_bytes(self._send(20, GET), "little")
         return {Alarm(code) for code in range(bits.bit_length()) if bits >> code & 1}
 
     def get_device_name(self) -> str:
-        """The name that the arm was given."""
+        """Returns the arm's name."""
         return self._send(1, GET).split(b"\0")[0].decode("utf-8", "replace")
 
     def set_device_name(self, device_name: str) -> None:
-        """Names the arm."""
+        """Sets the arm's name."""
         self._send(1, SET, device_name.encode() + b"\0")
 
     def get_device_sn(self) -> str:
-        """The arm's serial number."""
+        """Returns the arm's serial number."""
         return self._send(0, GET).split(b"\0")[0].decode("utf-8", "replace")

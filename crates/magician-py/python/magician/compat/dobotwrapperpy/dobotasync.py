@@ -1,4 +1,4 @@
-"""dobotWrapperPy's arm for asyncio: every call is awaited, and returns when it is done."""
+"""Arm of dobotWrapperPy for asyncio: every call is awaited, and returns when it is done."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ JUMP, JOINT, LINE, LINE_JUMP = 0, 1, 2, 9
 
 
 class DobotAsync:
-    """An arm. Ctrl-C is the runner's: no handler is set here."""
+    """Arm. The runner handles Ctrl-C; no handler is installed here."""
 
     def __init__(self, port: str, verbose: bool = False) -> None:
         self.dobotApiInterface = DobotApi(DobotConnection(port=port), verbose)
@@ -42,51 +42,51 @@ class DobotAsync:
         await self._run(self.dobotApiInterface.initialize_robot)
 
     async def move_xyz_linear(self, x: float, y: float, z: float, r: float) -> None:
-        """Goes there in a straight line."""
+        """Moves to a pose in a straight line."""
         await self._move(LINE, x, y, z, r)
 
     async def move_xyz_joint(self, x: float, y: float, z: float, r: float) -> None:
-        """Goes there with the joints."""
+        """Moves to a pose by a joint move."""
         await self._move(JOINT, x, y, z, r)
 
     async def move_relative_xyz_linear(self, delta_x: float, delta_y: float, delta_z: float, delta_r: float) -> None:
-        """Goes by so much in a straight line."""
+        """Moves by an increment in a straight line."""
         await self._move_by(LINE, delta_x, delta_y, delta_z, delta_r)
 
     async def move_relative_xyz_joint(self, delta_x: float, delta_y: float, delta_z: float, delta_r: float) -> None:
-        """Goes by so much with the joints."""
+        """Moves by an increment by a joint move."""
         await self._move_by(JOINT, delta_x, delta_y, delta_z, delta_r)
 
     async def jump(self, x: float, y: float, z: float, r: float) -> None:
-        """Goes up, across and down."""
+        """Jumps to a pose: up, across and down."""
         await self._move(LINE_JUMP, x, y, z, r)
 
     async def jump_relative_xyz(self, delta_x: float, delta_y: float, delta_z: float, delta_r: float) -> None:
-        """Goes up, across by so much and down."""
+        """Jumps by an increment: up, across and down."""
         await self._move_by(JUMP, delta_x, delta_y, delta_z, delta_r)
 
     async def move_xyz_rail_linear(self, x: float, y: float, z: float, r: float, rail: float) -> None:
-        """Goes there in a straight line, and along the rail."""
+        """Moves to a pose in a straight line, and along the rail."""
         await self._move(LINE, x, y, z, r, rail)
 
     async def move_xyz_rail_joint(self, x: float, y: float, z: float, r: float, rail: float) -> None:
-        """Goes there with the joints, and along the rail."""
+        """Moves to a pose by a joint move, and along the rail."""
         await self._move(JOINT, x, y, z, r, rail)
 
     async def move_relative_xyz_rail_linear(
         self, delta_x: float, delta_y: float, delta_z: float, delta_r: float, delta_rail: float
     ) -> None:
-        """Goes by so much in a straight line, and along the rail."""
+        """Moves by an increment in a straight line, and along the rail."""
         await self._move_by(LINE, delta_x, delta_y, delta_z, delta_r, delta_rail)
 
     async def move_relative_xyz_rail_joint(
         self, delta_x: float, delta_y: float, delta_z: float, delta_r: float, delta_rail: float
     ) -> None:
-        """Goes by so much with the joints, and along the rail."""
+        """Moves by an increment by a joint move, and along the rail."""
         await self._move_by(JOINT, delta_x, delta_y, delta_z, delta_r, delta_rail)
 
     async def jump_rail(self, x: float, y: float, z: float, r: float, rail: float) -> None:
-        """Goes up, across and down, and along the rail."""
+        """Jumps to a pose: up, across and down, and along the rail."""
         await self._move(LINE_JUMP, x, y, z, r, rail)
 
     async def move_in_circle(
@@ -100,12 +100,12 @@ class DobotAsync:
         end_z: float,
         end_r: float,
     ) -> None:
-        """Goes along the arc through the first point to the second; both are absolute."""
+        """Moves along the arc through the first point to the second; both are absolute."""
         through = (relative_x, relative_y, relative_z, relative_r)
         await self._set(101, struct.pack("<8f", *through, end_x, end_y, end_z, end_r), True)
 
     async def set_pin_purpose(self, address: int, purpose: Any) -> None:
-        """What a pin does."""
+        """Sets the function of a pin."""
         await self._set(130, bytes((address, getattr(purpose, "value", purpose))))
 
     async def set_pin_output(self, address: int, level: Any) -> None:
@@ -113,15 +113,15 @@ class DobotAsync:
         await self._set(131, bytes((address, getattr(level, "value", level))))
 
     async def get_pin_input(self, address: int) -> Any:
-        """The level of an input."""
+        """Returns the level of an input."""
         return await self._run(self.dobotApiInterface.get_io_di, address)
 
     async def set_pwm(self, address: int, frequency: float, cycle: float) -> None:
-        """Frequency (Hz) and duty cycle (%) of a pin."""
+        """Sets frequency (Hz) and duty cycle (%) of a pin."""
         await self._set(132, struct.pack("<B2f", address, frequency, cycle))
 
     async def get_adc(self, address: int) -> int:
-        """The value of an analogue input (0 to 4095)."""
+        """Returns the value of an analogue input (0 to 4095)."""
         return int(await self._run(self.dobotApiInterface.get_io_adc, address))
 
     async def suck(self, enable: bool) -> None:
@@ -142,7 +142,7 @@ class DobotAsync:
         await self._set(81, struct.pack("<4f", velocity, velocity, acceleration, acceleration))
 
     async def wait(self, ms: int) -> None:
-        """Waits in the arm's queue (ms)."""
+        """Queues a wait (ms)."""
         await self._set(110, struct.pack("<I", ms))
 
     async def home(self) -> None:
@@ -150,12 +150,12 @@ class DobotAsync:
         await self._set(31, bytes(4), True)
 
     async def pose(self) -> tuple[float, ...]:
-        """x, y, z (mm), r and four joint angles (degrees)."""
+        """Returns x, y, z (mm), r and four joint angles (degrees)."""
         pose = await self._run(self.dobotApiInterface.get_pose)
         return (pose.x, pose.y, pose.z, pose.r, *pose.jointAngle)
 
     async def pose_rail(self) -> float:
-        """Where the arm stands on the rail (mm)."""
+        """Returns the position on the rail (mm)."""
         return float(await self._run(self.dobotApiInterface.get_pose_rail))
 
     async def clear_alarms(self) -> None:
@@ -163,7 +163,7 @@ class DobotAsync:
         await self._run(self.dobotApiInterface.clear_all_alarms_state)
 
     async def get_alarms(self) -> set[Alarm]:
-        """The alarms that stand."""
+        """Returns the active alarms."""
         return await self._run(self.dobotApiInterface.get_active_alarms)
 
     async def set_motor(self, address: Any, enable: bool, speed: int) -> None:

@@ -1,4 +1,4 @@
-"""The structures that dobotWrapperPy's calls take and return: their fields in the order in which they travel."""
+"""Parameter structures of dobotWrapperPy's calls, with their fields in wire order."""
 
 from __future__ import annotations
 

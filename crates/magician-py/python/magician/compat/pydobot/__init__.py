@@ -1,4 +1,4 @@
-"""pydobot 1.3 for programs that were written for it."""
+"""Stand-in for pydobot 1.3."""
 
 from . import dobot, enums, message
 from .dobot import Dobot

@@ -1,4 +1,4 @@
-"""pydobot's arm."""
+"""Arm of pydobot."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from enum import Enum
 from ...errors import Error, PortError
 from .._line import GET, QUEUED, SET
 from .._message import Message
-from .._newer import MODE_PTP, DobotException, Joints, Methods, Pose, Position
 from .._port import Port
+from .._pydobot2 import MODE_PTP, DobotException, Joints, Methods, Pose, Position
 from .enums import PTPMode
 from .enums.CommunicationProtocolIDs import CommunicationProtocolIDs
 from .enums.ControlValues import ControlValues
@@ -49,7 +49,7 @@ _BLANK = " " * 29
 
 
 class Dobot(Methods):
-    """A connected arm, with the interface of pydobot 1.3: mm and degrees; only ``wait=True`` waits.
+    """Connected arm with the interface of pydobot 1.3: mm and degrees; calls wait only with ``wait=True``.
 
     Connecting starts and clears the queue, sets all speeds to 200 and the ratios to 100 %.
     """
@@ -109,26 +109,26 @@ class Dobot(Methods):
         return self._magician_command(131, SET, bytes((address, level)))
 
     def get_eio(self, addr: int) -> Message:
-        """Asks for the level of an output; the second parameter of the answer is it."""
+        """Reads the level of an output: the second parameter of the reply."""
         return self._get_eio_level(addr)
 
     def set_eio(self, addr: int, val: int) -> Message:
-        """Sets an output at once."""
+        """Sets an output immediately, outside the queue."""
         return self._set_eio_level(addr, val)
 
     def close(self) -> None:
-        """Ends the connection. The arm finishes what it was told."""
+        """Ends the connection. The arm finishes its queued commands."""
         self._on = False
         self._magician_line.close()
         self._magician_say(f"{self._magician_port.name} closed")
 
     def go(self, x: float, y: float, z: float, r: float = 0.0) -> None:
-        """The old name of :meth:`move_to`."""
+        """Old name of :meth:`move_to`."""
         warnings.warn("go() is the old name of move_to()", stacklevel=2)
         self.move_to(x, y, z, r)
 
     def move_to(self, x: float, y: float, z: float, r: float, wait: bool = False) -> None:
-        """Goes in a straight line; with ``wait``, returns when the arm is there."""
+        """Moves in a straight line; with ``wait``, returns when the arm is there."""
         self._set_ptp_cmd(x, y, z, r, mode=PTPMode.MOVL_XYZ, wait=wait)
 
     def suck(self, enable: bool) -> None:  # type: ignore[override]
@@ -145,18 +145,18 @@ class Dobot(Methods):
         self._set_ptp_coordinate_params(velocity, acceleration)
 
     def wait(self, ms: int) -> None:
-        """Makes the queue wait (ms); the program goes on."""
+        """Queues a wait (ms). Returns at once."""
         self._set_wait_cmd(ms)
 
     def pose(self) -> tuple[float, float, float, float, float, float, float, float]:
-        """x, y, z (mm), r and four joint angles (degrees)."""
+        """Returns x, y, z (mm), r and four joint angles (degrees)."""
         params = self._get_pose().params
         x, y, z, r, j1, j2, j3, j4 = struct.unpack("<8f", params)
         return x, y, z, r, j1, j2, j3, j4
 
 
 def _port_fault(error: PortError) -> Exception:
-    """A port's error, for those who expect pyserial's."""
+    """Creates the error of a port, for programs that expect pyserial's."""
     theirs = getattr(sys.modules.get("serial"), "SerialException", None)
     if not isinstance(theirs, type) or not issubclass(theirs, OSError):
         return error

@@ -1,4 +1,4 @@
-"""Where pydobot 1.3 has its frames."""
+"""Module in which pydobot 1.3 has its frames."""
 
 from .._message import Message
 

@@ -1,4 +1,4 @@
-"""pydobot2 for programs that were written for it. They say ``import pydobot``."""
+"""Stand-in for pydobot2. Programs import it as ``pydobot``."""
 
 from . import dobot, message
 from .dobot import Dobot

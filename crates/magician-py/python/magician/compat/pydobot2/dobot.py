@@ -1,10 +1,10 @@
-"""pydobot2's arm."""
+"""Arm of pydobot2."""
 
 from __future__ import annotations
 
 from .._alarm import Alarm
 from .._message import Message
-from .._newer import (
+from .._pydobot2 import (
     MAX_QUEUE_LEN,
     MM_PER_CIRCLE,
     MODE_PTP,
@@ -14,7 +14,7 @@ from .._newer import (
     Pose,
     Position,
 )
-from .._newer import Dobot as _Dobot
+from .._pydobot2 import Dobot as _Dobot
 
 __all__ = [
     "MAX_QUEUE_LEN",
@@ -32,7 +32,7 @@ __all__ = [
 
 
 class Dobot(_Dobot):
-    """A connected arm, with the interface of pydobot2."""
+    """Connected arm with the interface of pydobot2."""
 
     def _set_ptp_cmd(self, x: float, y: float, z: float, r: float, mode: int, wait: bool = False) -> Message:
         return self._magician_ptp(mode, x, y, z, r, wait)
@@ -40,9 +40,9 @@ class Dobot(_Dobot):
     def move_to(
         self, x: float, y: float, z: float, r: float = 0.0, mode: int = MODE_PTP.MOVJ_XYZ, wait: bool = False
     ) -> int:
-        """Goes there, with the joints unless a mode is given; returns the index.
+        """Moves to a pose, by a joint move unless a mode is given. Returns the index.
 
-        ``wait`` is what pydobot2's own example passes: with it, this returns when the arm is there.
+        pydobot2's own example passes ``wait``: with it, the call returns when the arm is there.
         """
         return self._magician_queued(self._set_ptp_cmd(x, y, z, r, mode, wait))
 

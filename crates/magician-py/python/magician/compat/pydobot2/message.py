@@ -1,4 +1,4 @@
-"""Where pydobot2 has its frames."""
+"""Module in which pydobot2 has its frames."""
 
 from .._message import Message
 

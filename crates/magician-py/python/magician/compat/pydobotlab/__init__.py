@@ -1,7 +1,7 @@
-"""pydobotlab for programs that were written for it: the 28 calls of DobotLab, and its own.
+"""Stand-in for pydobotlab: the 28 calls of DobotLab, and its own.
 
-Calls go straight to the arm; there is no broker, and none is needed for more than one program at a virtual arm. A call
-that the arm queues returns ``True`` when the arm has done it.
+Calls go to the arm directly. There is no broker, and several programs at a virtual arm need none. A call that the arm
+queues returns ``True`` once it is done.
 """
 
 from .alarms import Alarm, AlarmSet

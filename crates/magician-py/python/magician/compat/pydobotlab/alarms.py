@@ -1,4 +1,4 @@
-"""pydobotlab's alarms: their names, and which exception each group is."""
+"""Alarms of pydobotlab: their names, and the exception of each group."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["Alarm", "AlarmSet", "alarm_error", "fault"]
 
 
 class Alarm(IntEnum):
-    """What can keep the arm from moving. A code without a name is called by its group: ``LIMIT_0x4A``."""
+    """Alarm of the arm. A code without a name is named after its group: ``LIMIT_0x4A``."""
 
     PUBLIC_RESET = 0x00
     PUBLIC_UNDEFINED_INSTRUCTION = 0x01
@@ -78,7 +78,7 @@ _GROUPS: dict[int, tuple[str, type[DobotAlarmError]]] = {
 
 
 class AlarmSet:
-    """The alarms that stand; true if there are any."""
+    """Set of active alarms; true if there are any."""
 
     def __init__(self, raw: bytes) -> None:
         bits = int.from_bytes(raw, "little")
@@ -86,7 +86,7 @@ class AlarmSet:
         self.alarms = tuple(Alarm(code) for code in range(bits.bit_length()) if bits >> code & 1)
 
     def names(self) -> list[str]:
-        """Their names."""
+        """Names of the alarms."""
         return [alarm.name for alarm in self]
 
     def __bool__(self) -> bool:
@@ -103,9 +103,9 @@ class AlarmSet:
 
 
 def alarm_error(alarms: AlarmSet, says: str = "") -> DobotAlarmError:
-    """The exception for alarms that stand: of the group of the first.
+    """Creates the exception for active alarms, by the group of the first.
 
-    The one of a reset is passed over where there is another: no call is refused for it here.
+    The alarm of a reset is skipped if there is another one: it refuses no call here.
     """
     first = next((alarm for alarm in alarms if alarm != Alarm.PUBLIC_RESET), Alarm.PUBLIC_RESET)
     kind = _GROUPS[first & 0xF0][1] if first & 0xF0 in _GROUPS else DobotAlarmError
@@ -113,7 +113,7 @@ def alarm_error(alarms: AlarmSet, says: str = "") -> DobotAlarmError:
 
 
 def fault(error: ours.Error) -> DobotError:
-    """What a program for pydobotlab expects."""
+    """Converts an error to the exception that a program for pydobotlab expects."""
     if isinstance(error, ours.AlarmError):
         bits = sum(1 << int(alarm) for alarm in error.alarms or ())
         return alarm_error(AlarmSet(bits.to_bytes(32, "little")), str(error))

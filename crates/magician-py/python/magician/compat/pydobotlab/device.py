@@ -1,4 +1,4 @@
-"""pydobotlab's arm."""
+"""Arm of pydobotlab."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ _FIELDS = ("x", "y", "z", "r", "j1", "j2", "j3", "j4")
 
 
 class Pose:
-    """mm and degrees. One after the other it gives x, y, z, r and the list of joint angles."""
+    """Pose, mm and degrees. Iterates over x, y, z, r and the list of joint angles."""
 
     def __init__(self, *values: float) -> None:
         self.x, self.y, self.z, self.r, self.j1, self.j2, self.j3, self.j4 = values
 
     @property
     def joints(self) -> list[float]:
-        """The four angles."""
+        """Returns the four joint angles."""
         return [self.j1, self.j2, self.j3, self.j4]
 
     def as_xyzr(self) -> tuple[float, float, float, float]:
-        """x, y, z and r."""
+        """Returns x, y, z and r."""
         return self.x, self.y, self.z, self.r
 
     def as_joints(self) -> tuple[float, float, float, float]:
-        """The four angles."""
+        """Returns the four joint angles."""
         return self.j1, self.j2, self.j3, self.j4
 
     def __iter__(self) -> Iterator[Any]:
@@ -47,7 +47,7 @@ class Pose:
 
 
 class Magician:
-    """An arm, connected by :meth:`connect` or ``with``: mm, degrees, seconds."""
+    """Arm, connected by :meth:`connect` or ``with``: mm, degrees, seconds."""
 
     Stepper1, Stepper2 = 0, 1
 
@@ -71,7 +71,7 @@ class Magician:
         self._batches = 0
 
     def connect(self) -> None:
-        """Connects, and empties and starts the queue."""
+        """Connects, clears the queue and starts it."""
         if self.is_open:
             return
         try:
@@ -85,7 +85,7 @@ class Magician:
             print(f"[pydobotlab] Connected to {self._line.name}.", flush=True)
 
     def disconnect(self) -> None:
-        """Empties the queue and ends the connection."""
+        """Clears the queue and ends the connection."""
         line = self._line
         if line is not None and not line.closed:
             self.clear_queue()
@@ -104,12 +104,12 @@ class Magician:
 
     @property
     def port(self) -> str | None:
-        """Where the arm is."""
+        """Port of the arm; ``None`` if it is not connected."""
         return self._line.name if self._line else self._wanted
 
     @property
     def is_open(self) -> bool:
-        """Whether it is connected."""
+        """True if the arm is connected."""
         return self._line is not None and not self._line.closed
 
     def _connected(self) -> Line:
@@ -137,28 +137,28 @@ class Magician:
     # The 28 calls.
 
     def ptp(self, mode: int, x: float, y: float, z: float, r: float) -> bool:
-        """Goes to a pose, or to joint angles by the modes 3 to 5."""
+        """Moves to a pose, or in modes 3 to 5 to joint angles."""
         return bool(self._call("ptp", mode, x, y, z, r))
 
     def set_device_withl(self, enable: bool, version: int = 0) -> bool:
-        """Says that the arm stands on a rail."""
+        """Declares that the arm is mounted on a rail."""
         return bool(self._call("set_device_withl", enable, version))
 
     def set_ptpl_params(self, vel: float, accel: float) -> bool:
-        """The rail's speed and acceleration."""
+        """Sets the rail's speed and acceleration."""
         return bool(self._call("set_ptpl_params", vel, accel))
 
     def set_ptpwithl_cmd(self, mode: int, x: float, y: float, z: float, r: float, l: float) -> bool:
-        """Goes to a pose, and to a place on the rail."""
+        """Moves to a pose, and to a position on the rail."""
         return bool(self._call("set_ptpwithl_cmd", mode, x, y, z, r, l))
 
     def set_r(self, r: float) -> bool:
-        """Turns the tool."""
+        """Rotates the tool."""
         return bool(self._call("set_r", r))
 
     @property
     def motion_params(self) -> tuple[float, float]:
-        """Ratios (%) of speed and acceleration."""
+        """Sets the ratios (%) of speed and acceleration."""
         velocity, acceleration = struct.unpack_from("<2f", self._exchange(83, GET))
         return velocity, acceleration
 
@@ -168,7 +168,7 @@ class Magician:
 
     @property
     def jump_params(self) -> tuple[float, float]:
-        """The highest z of a jump, and how far it goes up (mm)."""
+        """Sets the highest z of a jump, and its height (mm)."""
         height, limit = struct.unpack_from("<2f", self._exchange(82, GET))
         return limit, height
 
@@ -177,11 +177,11 @@ class Magician:
         self._call("jump_params", *value)
 
     def set_multiplexing(self, io: int | str, multiplex: int) -> bool:
-        """What a pin does."""
+        """Sets the function of a pin."""
         return bool(self._call("set_multiplexing", _lab.io(io), multiplex))
 
     def set_pwm(self, io: int | str, freq: float, cycle: float) -> bool:
-        """Frequency (Hz) and duty cycle (%) of a pin."""
+        """Sets frequency (Hz) and duty cycle (%) of a pin."""
         return bool(self._call("set_pwm", _lab.io(io), freq, cycle))
 
     def set_do(self, io: int | str, level: int) -> bool:
@@ -189,11 +189,11 @@ class Magician:
         return bool(self._call("set_do", _lab.io(io), 1 if int(level) else 0))
 
     def get_di(self, io: int | str) -> int:
-        """The level of an input."""
+        """Returns the level of an input."""
         return int(self._call("get_di", _lab.io(io)))
 
     def get_adc(self, io: int | str) -> int:
-        """The value of an analogue input (0 to 4095)."""
+        """Returns the value of an analogue input (0 to 4095)."""
         return int(self._call("get_adc", _lab.io(io)))
 
     def set_endeffector_suctioncup(self, enable: bool, on: bool) -> bool:
@@ -205,24 +205,24 @@ class Magician:
         return bool(self._call("set_endeffector_gripper", bool(enable), bool(on)))
 
     def set_infrared_sensor(self, port: int, enable: bool, version: int = 1) -> bool:
-        """Switches the sensor at a socket, which is counted from 0."""
+        """Switches the sensor at a socket, counted from 0."""
         return bool(self._call("set_infrared_sensor", port, bool(enable), version))
 
     def get_infrared_sensor(self, port: int) -> int:
-        """1 if something is before the sensor."""
+        """Returns 1 if an object is in front of the sensor."""
         return int(self._call("get_infrared_sensor", port))
 
     def set_color_sensor(self, port: int, enable: bool, version: int = 0) -> bool:
-        """Switches the sensor at a socket, which is counted from 0."""
+        """Switches the sensor at a socket, counted from 0."""
         return bool(self._call("set_color_sensor", port, bool(enable), version))
 
     def get_color_sensor(self) -> tuple[int, int, int]:
-        """Whether red, green, blue stands out."""
+        """Returns three values, one each for red, green and blue: true for the detected colour."""
         red, green, blue = self._call("get_color_sensor")
         return red, green, blue
 
     def wait(self, second: float) -> bool:
-        """Waits in the arm's queue."""
+        """Queues a wait."""
         return bool(self._call("wait", second))
 
     def set_home(self) -> bool:
@@ -231,33 +231,33 @@ class Magician:
         return self.clear_alarm() if not self._batches and self.get_alarms() else done
 
     def get_pose(self) -> Pose:
-        """Where the arm is."""
+        """Returns the pose of the arm."""
         return Pose(*struct.unpack_from("<8f", self._exchange(10, GET)))
 
     def get_posel(self) -> float:
-        """Where it stands on the rail (mm)."""
+        """Returns the position on the rail (mm)."""
         return float(struct.unpack_from("<f", self._exchange(13, GET))[0])
 
     def clear_alarm(self) -> bool:
-        """Clears the alarms; raises if one stands again at once."""
+        """Clears the alarms. Raises an error if one is active again at once."""
         self._call("clear_alarm")
         self.ensure_no_alarms()
         return True
 
     def get_arm_speed_ratio(self, mode: int) -> float:
-        """The ratio (%) of jogging (0) or of moves (1)."""
+        """Returns the ratio (%) of jogging (0) or of moves (1)."""
         return float(self._call("get_arm_speed_ratio", mode)["value"])
 
     def set_lost_step_params(self, value: float) -> bool:
-        """From how much on (degrees) steps count as lost."""
+        """Sets the deviation (degrees) from which steps count as lost."""
         return bool(self._call("set_lost_step_params", value))
 
     def set_lost_step_cmd(self) -> bool:
-        """Looks for lost steps."""
+        """Checks for lost steps."""
         return bool(self._call("set_lost_step_cmd"))
 
     def get_lost_step_result(self) -> list[str]:
-        """The alarms that stand, by name."""
+        """Returns the names of the active alarms."""
         return self.get_alarms().names()
 
     def set_converyor(self, index: int, enable: bool, speed: float) -> bool:
@@ -284,20 +284,20 @@ class Magician:
         timeout: float | None = None,
         raise_on_alarm: bool = True,
     ) -> int:
-        """Goes there; returns the queue index."""
+        """Moves to a pose. Returns the queue index."""
         index = self.queue_command(84, struct.pack("<B4f", int(mode), x, y, z, r))
         if wait:
             self.wait_for(index, raise_on_alarm=raise_on_alarm)
         return index
 
     def cp(self, x: float, y: float, z: float, *, velocity: float = 100.0, mode: int = 1) -> int:
-        """A point of a continuous path; returns the queue index."""
+        """Queues a point of a continuous path. Returns the queue index."""
         return self._index(self._exchange(91, QUEUED, struct.pack("<B4f", int(mode), x, y, z, velocity)))
 
     def set_cp_params(
         self, plan_acc: float, junction_vel: float, acc: float = 0.0, *, real_time_track: bool = False
     ) -> int:
-        """The path's acceleration and speed at corners; returns the queue index."""
+        """Sets the path's acceleration and speed at corners. Returns the queue index."""
         params = struct.pack("<3fB", plan_acc, junction_vel, acc, real_time_track)
         return self._index(self._exchange(90, QUEUED, params))
 
@@ -306,7 +306,7 @@ class Magician:
         return self.execute_command(61, bytes((bool(enable), bool(on))))
 
     def jog(self, cmd: int, mode: int = 0) -> None:
-        """Moves along an axis until :meth:`jog_stop`."""
+        """Jogs along an axis until :meth:`jog_stop`."""
         self._exchange(73, SET, bytes((int(mode), int(cmd))))
 
     def jog_stop(self) -> None:
@@ -314,24 +314,24 @@ class Magician:
         self.jog(0)
 
     def set_jog_common_params(self, vel_ratio: float, acc_ratio: float) -> int:
-        """Ratios (%) of jogging; returns the queue index."""
+        """Sets the ratios (%) of jogging. Returns the queue index."""
         return self._index(self._exchange(72, QUEUED, struct.pack("<2f", vel_ratio, acc_ratio)))
 
     def get_jog_common_params(self) -> tuple[float, float]:
-        """Ratios (%) of jogging."""
+        """Returns the ratios (%) of jogging."""
         velocity, acceleration = struct.unpack_from("<2f", self._exchange(72, GET))
         return velocity, acceleration
 
     def write_command(self, command_id: int, params: bytes = b"") -> bytes:
-        """Sends a frame that sets something at once; the parameters of its answer."""
+        """Sends a frame that sets a value immediately. Returns the parameters of its reply."""
         return self._exchange(int(command_id), SET, params)
 
     def read_command(self, command_id: int, params: bytes = b"") -> bytes:
-        """Sends a frame that asks for something; the parameters of its answer."""
+        """Sends a frame that reads a value. Returns the parameters of its reply."""
         return self._exchange(int(command_id), GET, params)
 
     def queue_command(self, command_id: int, params: bytes = b"") -> int:
-        """Queues a frame; returns the queue index."""
+        """Queues a frame. Returns the queue index."""
         return self._index(self._exchange(int(command_id), QUEUED, params))
 
     def execute_command(self, command_id: int, params: bytes = b"") -> bool:
@@ -354,15 +354,15 @@ class Magician:
         self._exchange(242, SET)
 
     def clear_queue(self) -> None:
-        """Empties the queue, at once as pydobotlab 0.2 does: the motion under way may end where it is."""
+        """Clears the queue immediately, like pydobotlab 0.2: the current motion may end where it is."""
         self._exchange(245, SET)
 
     def queued_cmd_current_index(self) -> int:
-        """The index of the command that was done last."""
+        """Returns the index of the last finished command."""
         return self._index(self._exchange(246, GET))
 
     def queued_cmd_left_space(self) -> int:
-        """Room in the queue."""
+        """Returns the free space of the queue."""
         return int.from_bytes(self._exchange(247, GET)[:4], "little")
 
     def wait_for(self, index: int, timeout: float | None = None, raise_on_alarm: bool = True, **_: object) -> None:
@@ -374,13 +374,13 @@ class Magician:
                 raise fault(error) from error
 
     def wait_idle(self, timeout: float | None = None, **named: Any) -> None:
-        """Waits until all that this program has queued is done."""
+        """Waits until all commands that this program has queued are done."""
         if last := self._connected().last:
             self.wait_for(last, **named)
 
     @contextmanager
     def batch(self) -> Generator[Magician]:
-        """Queues calls without running them, runs them at the end, and waits. An exception leaves them out."""
+        """Queues calls without running them, runs them at the end, and waits. After an exception they are not run."""
         if not self._batches:
             self.stop_queue()
             self.clear_queue()
@@ -399,28 +399,28 @@ class Magician:
             self.wait_idle()
 
     def get_alarms(self) -> AlarmSet:
-        """The alarms that stand."""
+        """Returns the active alarms."""
         return AlarmSet(self._exchange(20, GET))
 
     def ensure_no_alarms(self) -> None:
-        """Raises if an alarm stands."""
+        """Raises an error if an alarm is active."""
         if alarms := self.get_alarms():
             raise alarm_error(alarms)
 
     def get_device_serial_number(self) -> str:
-        """The arm's serial number."""
+        """Returns the arm's serial number."""
         return self._exchange(0, GET).split(b"\0")[0].decode("utf-8", "replace")
 
     def get_device_name(self) -> str:
-        """The name that the arm was given."""
+        """Returns the arm's name."""
         return self._exchange(1, GET).split(b"\0")[0].decode("utf-8", "replace")
 
     def set_device_name(self, name: str) -> None:
-        """Names the arm."""
+        """Sets the arm's name."""
         self._exchange(1, SET, name.encode() + b"\0")
 
     def get_device_version(self) -> tuple[int, int, int]:
-        """The firmware's version."""
+        """Returns the version of the firmware."""
         major, minor, revision = self._exchange(2, GET)[:3]
         return major, minor, revision
 

@@ -1,11 +1,11 @@
-"""pydobotlab's search for arms: the ports with an arm's adapter, or the one that all connections go to."""
+"""Search for arms: the ports with an arm's adapter, or the one to which all connections are redirected."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from ..._ports import ports
-from .._line import elsewhere
+from .._line import redirected_port
 from .._serial import comports
 
 __all__ = [
@@ -26,7 +26,7 @@ KNOWN_DOBOT_USB_IDS = {(0x10C4, 0xEA60), (0x1A86, 0x7523), (0x0483, 0x5750)}
 
 
 class PortInfo(NamedTuple):
-    """A port."""
+    """Serial port."""
 
     device: str
     description: str
@@ -35,7 +35,7 @@ class PortInfo(NamedTuple):
 
 
 class DiscoveredDobot(NamedTuple):
-    """A port with an arm's adapter. Nobody is asked: its serial number is the adapter's."""
+    """Port with an arm's adapter. The arm is not asked: the serial number is the adapter's."""
 
     port: str
     serial_number: str
@@ -43,7 +43,7 @@ class DiscoveredDobot(NamedTuple):
 
 
 class ProbeFailure(NamedTuple):
-    """Not made here."""
+    """Never created here."""
 
     port: str
     reason: str
@@ -51,14 +51,14 @@ class ProbeFailure(NamedTuple):
 
 
 def list_ports(*, only_known_adapters: bool = False) -> list[PortInfo]:
-    """The serial ports."""
+    """Returns the serial ports."""
     found = [PortInfo(each.device, each.description, each.vid, each.pid) for each in comports()]
     return [each for each in found if not only_known_adapters or (each.vid, each.pid) in KNOWN_DOBOT_USB_IDS]
 
 
 def discover(*, only_known_adapters: bool = False, timeout: float | None = None) -> list[DiscoveredDobot]:
-    """The ports that an arm is likely at."""
-    if port := elsewhere():
+    """Returns the ports at which an arm is likely."""
+    if port := redirected_port():
         return [DiscoveredDobot(port, "", "by magician.compat")]
     return [
         DiscoveredDobot(each.path, each.serial_number or "", each.name or "") for each in ports() if each.likely_arm
@@ -68,27 +68,27 @@ def discover(*, only_known_adapters: bool = False, timeout: float | None = None)
 def discover_with_diagnostics(
     *, only_known_adapters: bool = False, timeout: float | None = None
 ) -> tuple[list[DiscoveredDobot], list[ProbeFailure]]:
-    """The same, and no failures."""
+    """Same as :func:`discover`, with an empty list of failures."""
     return discover(), []
 
 
 def find_free_port(*, only_known_adapters: bool = False) -> str | None:
-    """The first port that an arm is likely at."""
+    """Returns the first port at which an arm is likely."""
     return next((each.port for each in discover()), None)
 
 
 def is_dobot(port: str, *, timeout: float | None = None) -> bool:
-    """Whether an arm is likely at a port."""
+    """True if an arm is likely at a port."""
     return any(each.port == port for each in discover())
 
 
 def is_port_in_use(port: str) -> bool:
-    """Not looked at."""
+    """Always false: not checked."""
     return False
 
 
 class Discovery:
-    """The same functions in a class."""
+    """Same functions as static methods."""
 
     list_ports = staticmethod(list_ports)
     is_dobot = staticmethod(is_dobot)

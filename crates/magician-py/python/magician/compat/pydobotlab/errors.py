@@ -1,38 +1,38 @@
-"""pydobotlab's exceptions; ``__cause__`` is the :class:`magician.errors.Error` that says what."""
+"""Exceptions of pydobotlab; ``__cause__`` is the :class:`magician.errors.Error` with the reason."""
 
 from __future__ import annotations
 
 
 class DobotError(Exception):
-    """Something could not be done."""
+    """Base class of the failures of calls."""
 
 
 class DobotConfigError(DobotError):
-    """A setting is wrong."""
+    """Wrong setting."""
 
 
 class DobotConnectionError(DobotError):
-    """There is no connection."""
+    """No connection."""
 
 
 class DobotPortInUseError(DobotConnectionError):
-    """Somebody else has the port."""
+    """Another program has the port."""
 
 
 class DobotPermissionError(DobotConnectionError):
-    """The port may not be opened."""
+    """No permission to open the port."""
 
 
 class DobotProtocolError(DobotError):
-    """The arm does not take this."""
+    """Command not accepted by the arm."""
 
 
 class DobotTimeoutError(DobotError):
-    """The arm did not answer."""
+    """No reply from the arm."""
 
 
 class DobotAlarmError(DobotError):
-    """The arm has alarms: ``alarms`` has their names."""
+    """Active alarms; ``alarms`` has their names."""
 
     def __init__(self, alarms: list[str] | None = None, message: str = "") -> None:
         self.alarms = alarms or []
@@ -40,16 +40,16 @@ class DobotAlarmError(DobotError):
 
 
 class DobotKinematicError(DobotAlarmError):
-    """A place is out of reach."""
+    """Target out of reach."""
 
 
 class DobotOverspeedError(DobotAlarmError):
-    """A joint is too fast."""
+    """Joint too fast."""
 
 
 class DobotLostStepError(DobotAlarmError):
-    """A joint has lost steps."""
+    """Lost steps of a joint."""
 
 
 class DobotSystemAlarmError(DobotAlarmError):
-    """The controller has a fault."""
+    """Fault of the controller."""

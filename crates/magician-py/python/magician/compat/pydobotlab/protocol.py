@@ -1,21 +1,21 @@
-"""Numbers of the protocol under pydobotlab's names."""
+"""Numbers of the protocol under the names of pydobotlab."""
 
 from enum import IntEnum
 
-from .._newer import MODE_PTP as PTPMode
+from .._pydobot2 import MODE_PTP as PTPMode
 
 __all__ = ["CommandID", "EndEffectorType", "IOFunction", "JOGCmd", "JogMode", "PTPMode"]
 
 
 class JogMode(IntEnum):
-    """What jogging moves along."""
+    """Coordinates of a jog: Cartesian axes or joints."""
 
     COORDINATE = 0
     JOINT = 1
 
 
 class JOGCmd(IntEnum):
-    """Which axis, up or down."""
+    """Axis and direction of a jog."""
 
     IDLE = 0
     AP_DOWN = 1
@@ -29,7 +29,7 @@ class JOGCmd(IntEnum):
 
 
 class EndEffectorType(IntEnum):
-    """What is mounted."""
+    """Mounted tool."""
 
     LASER = 0
     SUCTION_CUP = 1
@@ -37,7 +37,7 @@ class EndEffectorType(IntEnum):
 
 
 class IOFunction(IntEnum):
-    """What a pin does."""
+    """Function of a pin."""
 
     DUMMY = 0
     DO = 1
@@ -49,7 +49,7 @@ class IOFunction(IntEnum):
 
 
 class CommandID(IntEnum):
-    """Ids of frames."""
+    """Ids of commands."""
 
     GET_DEVICE_SN = 0
     GET_SET_DEVICE_NAME = 1

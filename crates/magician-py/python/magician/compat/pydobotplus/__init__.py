@@ -1,4 +1,4 @@
-"""pydobotplus for programs that were written for it."""
+"""Stand-in for pydobotplus."""
 
 from . import dobotplus, message
 from .dobotplus import CustomPosition, Dobot

@@ -1,4 +1,4 @@
-"""pydobotplus' arm."""
+"""Arm of pydobotplus."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from .._alarm import Alarm
 from .._line import GET, QUEUED
 from .._message import Message
-from .._newer import (
+from .._pydobot2 import (
     MAX_QUEUE_LEN,
     MM_PER_CIRCLE,
     MODE_PTP,
@@ -17,7 +17,7 @@ from .._newer import (
     Pose,
     Position,
 )
-from .._newer import Dobot as _Dobot
+from .._pydobot2 import Dobot as _Dobot
 
 __all__ = [
     "MAX_QUEUE_LEN",
@@ -38,7 +38,7 @@ _QUEUED_READ = 2
 
 
 class CustomPosition:
-    """A place for :meth:`Dobot.move_to`; ``None`` keeps what is."""
+    """Target for :meth:`Dobot.move_to`; ``None`` keeps the current value."""
 
     def __init__(
         self, x: float | None = None, y: float | None = None, z: float | None = None, r: float | None = None
@@ -47,7 +47,7 @@ class CustomPosition:
 
 
 class Dobot(_Dobot):
-    """A connected arm, with the interface of pydobotplus."""
+    """Connected arm with the interface of pydobotplus."""
 
     PORT_GP1 = 0
     PORT_GP2 = 1
@@ -67,7 +67,8 @@ class Dobot(_Dobot):
         mode: int | None = None,
         position: CustomPosition | Position | None = None,
     ) -> int:
-        """Goes there, with the joints unless a mode is given, and waits; ``None`` keeps what is. Returns the index."""
+        """Moves to a pose, by a joint move unless a mode is given, and waits. ``None`` keeps the current value. Returns
+        the index."""
         if position is not None:
             x, y, z, r = position.x, position.y, position.z, position.r
         elif x is None and y is None and z is None:
@@ -79,7 +80,7 @@ class Dobot(_Dobot):
         return self._magician_queued(self._set_ptp_cmd(x, y, z, r, mode, wait=wait))
 
     def move_rel(self, x: float = 0, y: float = 0, z: float = 0, r: float = 0, wait: bool = True) -> None:
-        """Goes by so much from where the arm is."""
+        """Moves by an increment from the current pose."""
         here = self.get_pose().position
         self.move_to(here.x + x, here.y + y, here.z + z, here.r + r, wait)
 
@@ -94,11 +95,11 @@ class Dobot(_Dobot):
         return self._magician_queued(self._set_stepper_motor_distance(speed, int(distance_mm * steps), interface))
 
     def set_hht_trig_output(self, state: bool) -> None:
-        """Sets whether teaching by hand reports points."""
+        """Switches the reports of points taught by hand."""
         self._magician_command(41, _QUEUED_READ, bytes((int(state),)))
 
     def get_hht_trig_output(self) -> bool:
-        """Whether teaching by hand reports points."""
+        """True if points taught by hand are reported."""
         return bool(self._magician_command(41, GET).params[0])
 
     def set_color(self, enable: bool = True, port: int = PORT_GP2, version: int = 1) -> int:
@@ -106,7 +107,7 @@ class Dobot(_Dobot):
         return self._magician_queued(self._magician_command(137, QUEUED, bytes((int(enable), port, version))))
 
     def get_color(self, port: int = PORT_GP2, version: int = 1) -> list[bool]:
-        """Whether red, green, blue stands out."""
+        """Returns three values, one each for red, green and blue: true for the detected colour."""
         return [bool(value) for value in self._magician_command(137, GET, bytes((port, 1, version))).params[:3]]
 
     def set_ir(self, enable: bool = True, port: int = PORT_GP4) -> int:
@@ -114,5 +115,5 @@ class Dobot(_Dobot):
         return self._magician_queued(self._magician_command(138, _QUEUED_READ, bytes((int(enable), port))))
 
     def get_ir(self, port: int = PORT_GP4) -> bool:
-        """Whether something is before the infrared sensor."""
+        """True if an object is in front of the infrared sensor."""
         return bool(self._magician_command(138, GET, bytes((port,))).params[0])

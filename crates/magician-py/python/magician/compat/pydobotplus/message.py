@@ -1,4 +1,4 @@
-"""Where pydobotplus has its frames."""
+"""Module in which pydobotplus has its frames."""
 
 from .._message import Message
 

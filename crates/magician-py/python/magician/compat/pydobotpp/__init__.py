@@ -1,4 +1,4 @@
-"""pydobotpp for programs that were written for it."""
+"""Stand-in for pydobotpp."""
 
 from . import dobot, dobot_interface, message
 from .dobot import Dobot

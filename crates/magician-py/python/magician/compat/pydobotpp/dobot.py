@@ -1,4 +1,4 @@
-"""pydobotpp's arm."""
+"""Arm of pydobotpp."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import struct
 
 from .._line import QUEUED, SET
 from .._message import Message
-from .._newer import MAX_QUEUE_LEN, MM_PER_CIRCLE, STEP_PER_CIRCLE, DobotException
+from .._pydobot2 import MAX_QUEUE_LEN, MM_PER_CIRCLE, STEP_PER_CIRCLE, DobotException
 from ..pydobotplus.dobotplus import Dobot as _Plus
 from .dobot_interface import Alarm, GPIOPort, Joints, Pose, Position, PTPMode
 
@@ -27,13 +27,13 @@ __all__ = [
 
 
 class Dobot(_Plus):
-    """A connected arm, with the interface of pydobotpp: closing it stops it and switches its tools off."""
+    """Connected arm with the interface of pydobotpp: closing it stops the arm and switches its tools off."""
 
     def __init__(self, port: str | None = None, should_clear_alarms: bool = True) -> None:
         super().__init__(port, should_clear_alarms=should_clear_alarms)
 
     def wait(self, ms: int) -> int:  # type: ignore[override]
-        """Makes the queue wait (ms); returns the index."""
+        """Queues a wait (ms). Returns the index."""
         return self._magician_queued(self._magician_command(110, QUEUED, struct.pack("<I", int(ms))))
 
     def _set_queued_cmd_stop_exec(self, force: bool = False) -> Message:

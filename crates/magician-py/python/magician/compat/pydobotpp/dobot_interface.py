@@ -1,16 +1,16 @@
-"""The names of pydobotpp's values."""
+"""Types of pydobotpp's values."""
 
 from enum import IntEnum
 
 from .._alarm import Alarm
-from .._newer import MODE_PTP as PTPMode
-from .._newer import Joints, Pose, Position
+from .._pydobot2 import MODE_PTP as PTPMode
+from .._pydobot2 import Joints, Pose, Position
 
 __all__ = ["Alarm", "GPIOPort", "Joints", "PTPMode", "Pose", "Position"]
 
 
 class GPIOPort(IntEnum):
-    """The sockets, as the arm counts them."""
+    """Sockets in the numbering of the arm."""
 
     GP1 = 0
     GP2 = 1

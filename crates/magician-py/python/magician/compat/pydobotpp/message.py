@@ -1,4 +1,4 @@
-"""Where pydobotpp has its frames."""
+"""Module in which pydobotpp has its frames."""
 
 from .._message import Message
 

@@ -1,1 +1,1 @@
-"""dobotapi's belt."""
+"""Belt of dobotapi."""

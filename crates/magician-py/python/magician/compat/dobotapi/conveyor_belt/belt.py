@@ -1,4 +1,4 @@
-"""dobotapi's belt."""
+"""Belt of dobotapi."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import struct
 from typing import TYPE_CHECKING
 
 from ..._line import QUEUED
-from ..._newer import MM_PER_CIRCLE, STEP_PER_CIRCLE
+from ..._pydobot2 import MM_PER_CIRCLE, STEP_PER_CIRCLE
 from ..exceptions import DobotException
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ __all__ = ["ConveyorBelt"]
 
 
 class ConveyorBelt:
-    """The belt at an arm."""
+    """Conveyor belt at an arm."""
 
     def __init__(self, bot: Dobot) -> None:
         self.bot = bot
@@ -24,7 +24,7 @@ class ConveyorBelt:
         """The share that it was set to."""
 
     def move(self, speed: float, interface: int = 0) -> None:
-        """Lets it run: a share (-1 to 1) of 70 mm/s, in the direction of dobotapi, which is the same for both signs."""
+        """Runs the belt at a share (-1 to 1) of 70 mm/s. As in dobotapi, both signs give the same direction."""
         if not -1.0 <= speed <= 1.0:
             raise DobotException(f"the belt's speed is -1.0 to 1.0, not {speed}")
         self.current_speed = abs(speed)
@@ -32,5 +32,5 @@ class ConveyorBelt:
         self.bot.exchange(135, QUEUED, struct.pack("<BBi", interface == 1, 1, steps))
 
     def idle(self) -> None:
-        """Stops it."""
+        """Stops the belt."""
         self.move(0)

@@ -1,1 +1,1 @@
-"""dobotapi's tools."""
+"""Tools of dobotapi."""

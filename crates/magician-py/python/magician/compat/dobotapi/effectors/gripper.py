@@ -1,4 +1,4 @@
-"""dobotapi's gripper."""
+"""Gripper of dobotapi."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ __all__ = ["Gripper"]
 
 
 class Gripper:
-    """The gripper of an arm."""
+    """Gripper of an arm."""
 
     def __init__(self, bot: Dobot) -> None:
         self.bot = bot
 
     def open(self) -> None:
-        """Opens it."""
+        """Opens the gripper."""
         self.bot.tool(63, True, False)
 
     def close(self) -> None:
-        """Closes it."""
+        """Closes the gripper."""
         self.bot.tool(63, True, True)
 
     def idle(self) -> None:
-        """Switches its pump off."""
+        """Switches the pump off."""
         self.bot.tool(63, False, False)

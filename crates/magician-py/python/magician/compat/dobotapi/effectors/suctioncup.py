@@ -1,4 +1,4 @@
-"""dobotapi's suction cup."""
+"""Suction cup of dobotapi."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ __all__ = ["SuctionCup"]
 
 
 class SuctionCup:
-    """The suction cup of an arm."""
+    """Suction cup of an arm."""
 
     def __init__(self, bot: Dobot) -> None:
         self.bot = bot
 
     def suck(self) -> None:
-        """Switches it on."""
+        """Switches the suction cup on."""
         self.bot.tool(62, True, True)
 
     def idle(self) -> None:
-        """Switches it off."""
+        """Switches the suction cup off."""
         self.bot.tool(62, True, False)

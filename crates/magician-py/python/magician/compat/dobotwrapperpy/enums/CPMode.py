@@ -1,4 +1,4 @@
-"""What a path's coordinates are."""
+"""Meaning of a path's coordinates: absolute or relative."""
 
 from .._enums import CPMode
 

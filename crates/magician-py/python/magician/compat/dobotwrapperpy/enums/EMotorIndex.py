@@ -1,4 +1,4 @@
-"""The motors' sockets."""
+"""Sockets of the motors."""
 
 from .._enums import EMotorIndex
 

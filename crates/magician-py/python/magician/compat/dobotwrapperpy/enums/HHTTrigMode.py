@@ -1,4 +1,4 @@
-"""When teaching by hand reports a point."""
+"""Event at which a point taught by hand is reported."""
 
 from .._enums import HHTTrigMode
 

@@ -1,4 +1,4 @@
-"""What a pin does."""
+"""Function of a pin."""
 
 from .._enums import IOFunction
 

@@ -1,1 +1,1 @@
-"""The enums of dobotWrapperPy."""
+"""Enums of dobotWrapperPy."""

@@ -1,4 +1,4 @@
-"""Which axis, up or down."""
+"""Axis and direction of a jog."""
 
 from .._enums import JogCmd
 

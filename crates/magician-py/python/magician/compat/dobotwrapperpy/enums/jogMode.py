@@ -1,4 +1,4 @@
-"""What jogging moves along."""
+"""Coordinates of a jog: Cartesian axes or joints."""
 
 from .._enums import JogMode
 

@@ -1,4 +1,4 @@
-"""A pin's level."""
+"""Level of a pin."""
 
 from .._enums import Level
 

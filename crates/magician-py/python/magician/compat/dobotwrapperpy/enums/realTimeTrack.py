@@ -1,4 +1,4 @@
-"""How a path is planned."""
+"""Planning mode of a path."""
 
 from .._enums import RealTimeTrack
 

@@ -1,4 +1,4 @@
-"""The sensor's version."""
+"""Version of the sensor."""
 
 from .._enums import TagVersionColorSensorAndIR
 

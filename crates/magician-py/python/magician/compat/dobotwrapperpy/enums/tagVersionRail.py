@@ -1,4 +1,4 @@
-"""The rail's version."""
+"""Version of the rail."""
 
 from .._enums import tagVersionRail
 

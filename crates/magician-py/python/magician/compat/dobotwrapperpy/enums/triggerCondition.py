@@ -1,4 +1,4 @@
-"""What a trigger waits for."""
+"""Condition of a trigger."""
 
 from .._enums import TriggerCondition
 

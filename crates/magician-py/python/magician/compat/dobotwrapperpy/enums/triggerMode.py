@@ -1,4 +1,4 @@
-"""What a trigger looks at."""
+"""Input kind of a trigger: level or analogue value."""
 
 from .._enums import TriggerMode
 

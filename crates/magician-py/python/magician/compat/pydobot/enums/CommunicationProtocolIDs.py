@@ -1,4 +1,4 @@
-"""Ids of frames."""
+"""Ids of commands."""
 
 from enum import Enum
 

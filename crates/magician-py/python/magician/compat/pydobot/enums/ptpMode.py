@@ -6,7 +6,7 @@ __all__ = ["PTPMode"]
 
 
 class PTPMode(Enum):
-    """How a move goes, and what its four numbers are."""
+    """Path of a move and meaning of its four numbers."""
 
     JUMP_XYZ = 0
     """Up, across and down to a pose (mm, degrees)."""
