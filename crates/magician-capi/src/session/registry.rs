@@ -34,7 +34,7 @@ pub struct Registry {
     pub(super) turn: Mutex<()>,
     allowed: Arc<Allowed>,
     slots: RwLock<BTreeMap<c_int, Slot>>,
-    timeouts: Mutex<BTreeMap<c_int, Duration>>,
+    call_timeouts: Mutex<BTreeMap<c_int, Duration>>,
     /// Process that has connected or is connecting. 0 if no process has.
     process: AtomicU32,
     /// Running calls of `ConnectDobot`. Accessed only while `slots` is locked, as is the change of
@@ -93,7 +93,7 @@ impl Registry {
             turn: Mutex::default(),
             allowed: Arc::new(Allowed::new(environment)),
             slots: RwLock::default(),
-            timeouts: Mutex::default(),
+            call_timeouts: Mutex::default(),
             process: AtomicU32::new(0),
             connecting: AtomicU32::new(0),
             tracer: OnceLock::new(),
@@ -189,7 +189,7 @@ impl Registry {
         // A timeout of 0 would make every call fail.
         let timeout = Duration::from_millis(u64::from(milliseconds.max(1)));
         {
-            let mut timeouts = lock(&self.timeouts);
+            let mut timeouts = lock(&self.call_timeouts);
             if timeouts.len() < MAX_TIMEOUTS || timeouts.contains_key(&id) {
                 timeouts.insert(id, timeout);
             }
@@ -215,7 +215,7 @@ impl Registry {
         };
         let id = id.unwrap_or_else(free);
         if let Slot::Arm(arm) = &slot {
-            let timeouts = lock(&self.timeouts);
+            let timeouts = lock(&self.call_timeouts);
             arm.set_timeout(timeouts.get(&id).copied().unwrap_or(TIMEOUT));
         }
         slots.insert(id, slot);
