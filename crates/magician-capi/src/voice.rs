@@ -1,6 +1,6 @@
 //! Remedies for errors in terms of the vendor's interface: names of its functions.
 
-use magician::{Action, Given, PinUse, Setting, Voice};
+use magician::{Action, SettingValue, PinUse, Setting, Voice};
 
 /// [`Voice`] of the vendor's library.
 pub(crate) struct Vendor;
@@ -25,7 +25,7 @@ impl Voice for Vendor {
         .to_owned()
     }
 
-    fn give(&self, setting: Setting, given: &Given) -> String {
+    fn give(&self, setting: Setting, given: &SettingValue) -> String {
         match setting {
             Setting::Port => format!("{} {given}", self.setting(setting)),
             setting => format!("{} {given} in another program", self.setting(setting)),
@@ -70,7 +70,7 @@ mod tests {
     fn remedies_are_said_in_one_sentence() {
         let remedies = [
             Remedy::new(Action::Home, "homes it"),
-            Remedy::new((Setting::Port, Given::Word("sim")), "is a virtual arm"),
+            Remedy::new((Setting::Port, SettingValue::Word("sim")), "is a virtual arm"),
         ];
         let said = "SetHOMECmd homes it; ConnectDobot with sim is a virtual arm";
         assert_eq!(Vendor.remedies(&remedies).as_deref(), Some(said));
