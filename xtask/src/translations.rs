@@ -305,16 +305,13 @@ fn missing_differing_and_stale_translations_are_reported() {
         ("places it", "放置"),
         ("joint 1", "关节 1"),
     ];
-    assert_eq!(
-        problems(&read_language(&whole), &sources),
-        Vec::<String>::new()
-    );
-    let missing = problems(&read_language(&whole[1..]), &sources);
+    assert_eq!(problems(&language(&whole), &sources), Vec::<String>::new());
+    let missing = problems(&language(&whole[1..]), &sources);
     assert_eq!(
         missing,
         ["file.rs:4: no translation of \"a surface at {height} mm\""]
     );
-    let mut other = read_language(&whole);
+    let mut other = language(&whole);
     other.insert("nothing".to_owned(), "{what}".to_owned());
     other.insert("gone".to_owned(), "没有".to_owned());
     let found = problems(&other, &sources);

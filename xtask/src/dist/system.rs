@@ -163,7 +163,7 @@ impl Builder {
         self.run_build(&mut build, Some(&target), Some(system.triple), packages)
     }
 
-    fn finish(
+    fn run_build(
         &self,
         build: &mut Command,
         target: Option<&str>,

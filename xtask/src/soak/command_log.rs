@@ -147,7 +147,7 @@ impl CommandLog {
             (entry.outcome, entry.reset) = (Some(outcome), reset);
         }
         if let Err(Failure::Uncertain { from, to }) = outcome {
-            self.report((from.unwrap_or(u64::MAX), to.unwrap_or(0)));
+            self.note_unreliable((from.unwrap_or(u64::MAX), to.unwrap_or(0)));
         }
     }
 

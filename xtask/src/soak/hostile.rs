@@ -298,7 +298,7 @@ pub(super) fn sessions(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
         while attacked.now < end {
             attacked.now += 10_000;
             attacked.pass();
-            attacked.turn();
+            attacked.exchange();
         }
         (late, ended) = (late + attacked.late, ended + attacked.ended);
         streams += attacked.streams;
