@@ -1,6 +1,6 @@
 //! Remedies for errors in terms of the vendor's interface: names of its functions.
 
-use magician::{Action, SettingValue, PinUse, Setting, Voice};
+use magician::{Action, PinUse, Setting, SettingValue, Voice};
 
 /// [`Voice`] of the vendor's library.
 pub(crate) struct Vendor;
@@ -70,7 +70,10 @@ mod tests {
     fn remedies_are_one_sentence() {
         let remedies = [
             Remedy::new(Action::Home, "homes it"),
-            Remedy::new((Setting::Port, SettingValue::Word("sim")), "is a virtual arm"),
+            Remedy::new(
+                (Setting::Port, SettingValue::Word("sim")),
+                "is a virtual arm",
+            ),
         ];
         let said = "SetHOMECmd homes it; ConnectDobot with sim is a virtual arm";
         assert_eq!(Vendor.remedies(&remedies).as_deref(), Some(said));

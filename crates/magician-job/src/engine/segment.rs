@@ -7,9 +7,9 @@ use magician::{Error, ErrorKind, Progress, RunOptions, RunSummary};
 use magician_program::{RemainingProgram, Timetable};
 use tokio::time::{Instant, timeout};
 
-use super::inbox::{Inbox, Stopped, RunInterruption};
+use super::inbox::{Inbox, RunInterruption, Stopped};
 use super::pace::Paced;
-use super::{StartTime, Engine};
+use super::{Engine, StartTime};
 use crate::event::{JobEvent, JobProgress, JobState};
 
 /// Interval between two progress events.
@@ -61,7 +61,11 @@ impl Segment {
 
 impl Engine {
     /// Runs a segment until it ends; returns what it has run.
-    pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (RunSummary, SegmentEnd) {
+    pub(super) async fn run(
+        &self,
+        segment: &Segment,
+        inbox: &mut Inbox,
+    ) -> (RunSummary, SegmentEnd) {
         let rest = &segment.rest;
         if rest.begins_with_pause() {
             let progress = self.progress(rest.from(), segment, Duration::ZERO);
@@ -188,7 +192,10 @@ impl Engine {
         tracker.note_progress(finished, index, clock, progress.current.0);
         let now = self.progress(finished, segment, progress.silent);
         self.shared.publish_progress(now);
-        if tracker.last_report.is_none_or(|last_report| last_report.elapsed() >= PROGRESS_INTERVAL) {
+        if tracker
+            .last_report
+            .is_none_or(|last_report| last_report.elapsed() >= PROGRESS_INTERVAL)
+        {
             tracker.last_report = Some(Instant::now());
             self.shared.emit(JobEvent::Progress(now));
         }

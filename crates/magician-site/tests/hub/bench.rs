@@ -13,7 +13,7 @@ use magician_site::{
     ArmAt, ArmReport, BoxFuture, Caller, Channel, Roster, Site, SiteError, SiteEvent,
     SiteEventSender, SiteEvents, StationEnd, StationId, carry, channel, event_channel,
 };
-use magician_station::http::{ProgramFolder, ApiClient, TokenStore};
+use magician_station::http::{ApiClient, ProgramFolder, TokenStore};
 use magician_station::{
     ArmEntry, CloseCode, Grant, Outgoing, Peer, Role, RunningStation, StationConfig,
 };

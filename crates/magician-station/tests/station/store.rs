@@ -9,7 +9,7 @@ use magician_job::{Journal, NoJournal};
 use magician_protocol::HostInstant;
 use magician_station::control::{ArmId, JobId};
 use magician_station::{
-    ArmEntry, ArmOrder, ArmReport, Grant, JobEnd, JobUpdate, JobStore, Outgoing, Peer, Role,
+    ArmEntry, ArmOrder, ArmReport, Grant, JobEnd, JobStore, JobUpdate, Outgoing, Peer, Role,
     SocketId, Station, StationConfig,
 };
 use serde_json::{Value, json};

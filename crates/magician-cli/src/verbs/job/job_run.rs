@@ -12,8 +12,8 @@ use std::time::{Duration, SystemTime};
 use magician::{Arm, ErrorKind};
 use magician_job::recording::{Clock, Options, Recorder};
 use magician_job::{
-    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, MIN_REPORTED_OVERLAP, PauseReason,
-    ResumeError, SpeedError, Start, StartPlace, StopOrder, report,
+    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, MIN_REPORTED_OVERLAP,
+    PauseReason, ResumeError, SpeedError, Start, StartPlace, StopOrder, report,
 };
 use magician_program::Tool;
 use magician_station::JobOrder;
@@ -442,7 +442,9 @@ impl JobRun<'_> {
                     _ => {}
                 },
                 Next::Event(JobEvent::Speed(percent)) => reporter.speed(percent),
-                Next::Event(JobEvent::NotStored(cause)) => reporter.note(&report::not_stored_note(&cause)),
+                Next::Event(JobEvent::NotStored(cause)) => {
+                    reporter.note(&report::not_stored_note(&cause))
+                }
                 Next::UserOrder(typed) => match run.carry_out(typed) {
                     OrderResult::Yes => {}
                     OrderResult::IgnoredLine(line) => reporter.object(&IgnoredLine::of(&line)),
