@@ -87,10 +87,10 @@ async fn examine(
     drop(line);
     let looking = async {
         let known = magician::arms::load()?;
-        let options = Options::default().timeout(options.patience);
-        let options = options.homings(magician_job::homings());
-        let options = options.for_arm(magician::arms::at(&known, &target));
-        let arm = Arm::connect_with(&target, options).await?;
+        let arm_options = Options::default().timeout(options.patience);
+        let arm_options = arm_options.homings(magician_job::homings());
+        let arm_options = arm_options.for_arm(magician::arms::at(&known, &target));
+        let arm = Arm::connect_with(&target, arm_options).await?;
         let serial = matches!(
             target,
             Target::Serial(_) | Target::Usb { .. } | Target::Arm(_)

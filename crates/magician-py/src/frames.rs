@@ -70,7 +70,7 @@ impl Request {
 
     fn is_read_only(&self, row: &Row) -> bool {
         // A switch of the firmware is sent as a read with parameters, so Ctrl alone does not tell.
-        row.is_read_only(self.ctrl) && (row.query.is_some() || self.params.is_empty())
+        row.only_looks(self.ctrl) && (row.query.is_some() || self.params.is_empty())
     }
 }
 

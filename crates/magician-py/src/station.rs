@@ -97,7 +97,7 @@ fn failed(error: &ClientError) -> Error {
     }
 }
 
-fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -193,7 +193,7 @@ async fn open(
 }
 
 impl Station {
-    fn locked(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Option<StationClient>>> {
+    fn held(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Option<StationClient>>> {
         Ok(locked(self.client.get(py)?))
     }
 

@@ -6,7 +6,7 @@ use magician::{Feeder, RunOptions};
 use pyo3::prelude::*;
 
 use super::Core;
-use super::motion::{guards, ran};
+use super::motion::{guards, run_summary};
 use crate::call::Call;
 use crate::runtime::Local;
 use crate::values;
@@ -31,7 +31,7 @@ impl Core {
         let guards = guards(py, &skip, false)?;
         let arm = self.burning(py, allow_laser)?;
         let (feeder, run) = arm.stream(ahead, RunOptions::default().guards(guards));
-        let call = Call::moving(&arm, |_| run.wait(|_| {}), ran);
+        let call = Call::moving(&arm, |_| run.wait(|_| {}), run_summary);
         let feeder = Local::new(Arc::new(feeder));
         Ok((Feed { feeder }, call))
     }

@@ -95,7 +95,7 @@ impl Core {
                 arm.run_with(&commands, options, on_progress).await
             }
         };
-        Ok(Call::moving(&arm, task, ran))
+        Ok(Call::moving(&arm, task, run_summary))
     }
 
     /// Checks commands and returns their duration, s.

@@ -6,7 +6,7 @@ use magician::{Arm, Run, RunOptions, RunSummary, Set};
 use pyo3::prelude::*;
 use tokio::sync::Mutex;
 
-use super::motion::{ran, report};
+use super::motion::{report, run_summary};
 use super::verbs::commands;
 use super::{Core, seconds};
 use crate::call::{Call, Reporter};
@@ -66,7 +66,7 @@ impl Program {
             let mut run = run.lock().await;
             run.wait(move |progress| report(&reporter, progress)).await
         };
-        Ok(Call::moving(self.arm.get(py)?, task, ran))
+        Ok(Call::moving(self.arm.get(py)?, task, run_summary))
     }
 
     /// True if the run can be resumed; false while it runs.
