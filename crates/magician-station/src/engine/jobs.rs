@@ -300,7 +300,7 @@ impl EngineTask {
         let order = &start.order;
         let whole = program.program.clone().repeated(order.loops);
         whole
-            .has(order.from)
+            .check_step(order.from)
             .map_err(|problem| RpcError::param("from", problem.to_string()))?;
         // Checked on the program itself and not on its format: a plan can hold any command.
         if let Err(refused) = &start.danger
@@ -394,7 +394,7 @@ impl EngineTask {
     ) {
         let slot = self.job.as_ref().filter(|slot| slot.id == job);
         let Some((slot, handle)) = slot.and_then(|slot| Some((slot, slot.handle.clone()?))) else {
-            return self.over(Some(request));
+            return self.answer_job_over(Some(request));
         };
         let (arm, paused) = (self.arm.clone(), *lock(&slot.paused));
         // The session that resumes the job holds the arm.

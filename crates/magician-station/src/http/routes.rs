@@ -438,7 +438,7 @@ async fn link<S: ApiServer>(
         return refusal(&refused);
     }
     match &context.options.link {
-        Some(LinkCalls(calls)) => object(StatusCode::OK, &calls()),
+        Some(link) => object(StatusCode::OK, &(link.0)()),
         None => text(
             StatusCode::NOT_FOUND,
             "no programs for DobotLink are served: --link",

@@ -290,7 +290,7 @@ impl Station {
                 let pending = Pending {
                     socket,
                     id,
-                    waits,
+                    awaits: waits,
                     line,
                     began: now,
                 };

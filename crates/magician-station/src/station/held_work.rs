@@ -102,7 +102,7 @@ impl Station {
         let work = &mut self.held_work;
         work.fresh
             .retain(|(of, at, _)| *of != arm || *at > revision);
-        let starts: Vec<_> = { &mut held.starts }
+        let starts: Vec<_> = { &mut work.starts }
             .extract_if(.., |start| start.arm == arm && start.revision <= revision)
             .collect();
         for held in starts {
