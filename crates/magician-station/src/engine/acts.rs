@@ -54,7 +54,7 @@ pub(super) async fn run_action(
             }
             if rests {
                 come_to_rest(&arm).await?;
-                known.rests();
+                known.reset_poses();
             }
             let reading = reading(&arm, &mut known).await?;
             Ok::<_, magician::Error>((known, reading))

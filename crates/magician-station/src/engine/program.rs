@@ -87,7 +87,7 @@ pub(super) async fn read(
     let mut reading_arm = ReadingArm {
         is_virtual: arm.is_virtual(),
         fence: arm.fence(),
-        begun,
+        start,
         surface: surface.known().await?,
         ..ReadingArm::default()
     };

@@ -74,7 +74,7 @@ impl Known {
         // Motion caused by another host shows in the pose alone.
         self.before = Some(seen);
         let moved = self.is_moving(status.pose, status.at);
-        Some(self.with(&arm.snapshot(), status, moved, status.at.elapsed()))
+        Some(self.build(&arm.snapshot(), status, moved, status.at.elapsed()))
     }
 
     /// Forgets the last poses: the arm has come to rest, or was not read for a while, so comparing
@@ -171,7 +171,7 @@ pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> 
     })?;
     known.before = Some((status.pose, status.at));
     let moved = known.is_moving(status.pose, status.at);
-    Ok(known.with(&arm.snapshot(), &status, moved, Duration::ZERO))
+    Ok(known.build(&arm.snapshot(), &status, moved, Duration::ZERO))
 }
 
 /// Answers a request with the state.

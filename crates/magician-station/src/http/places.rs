@@ -86,7 +86,7 @@ impl Places {
     /// stranger.
     pub(crate) fn evict_stranger(&self) -> bool {
         self.0.with(|inner, _| {
-            let gone = inner.table.evict_stranger();
+            let gone = inner.table.shed();
             inner.end(gone);
             gone.is_some()
         })

@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 use tokio::sync::watch;
 
 use super::pacing::{Lane, URGENT_LENGTH, is_always_obeyed};
-use super::options::HttpOptions;
+use super::options::{HttpOptions, LinkCalls};
 use super::places::Place;
 use super::programs;
 use super::route_table::{ROUTES, Route, RouteNeeds};

@@ -114,7 +114,7 @@ impl ConnectionService {
     ) {
         match self {
             Self::Link(service) => talk(socket, &service, peer, place, over).await,
-            Self::Nothing => {
+            Self::Silent => {
                 let silence = async { while let Some(Ok(_)) = socket.next().await {} };
                 tokio::select! {
                     () = silence => {}

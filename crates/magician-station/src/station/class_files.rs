@@ -141,11 +141,11 @@ impl Station {
             } => {
                 if let Some(maker) = maker.and_then(|maker| self.sessions.get_mut(&maker))
                     && file.is_some()
-                    && maker.entry == RoleSource::Place
+                    && maker.role_source == RoleSource::Place
                 {
                     // The answer contains the PIN, so the maker of the class counts as signed in
                     // with it and stays a teacher.
-                    maker.entry = RoleSource::Pin;
+                    maker.role_source = RoleSource::Pin;
                 }
                 self.begin_class(now, file.map(|file| *file));
                 self.expand_slots(now);

@@ -280,7 +280,7 @@ impl Station {
                 let pending = Pending {
                     socket,
                     id,
-                    waits,
+                    awaits: waits,
                     line,
                     began: now,
                 };

@@ -103,7 +103,7 @@ impl Station {
         work
             .fresh
             .retain(|(of, at, _)| *of != arm || *at > revision);
-        let starts: Vec<_> = { &mut held.starts }
+        let starts: Vec<_> = { &mut work.starts }
             .extract_if(.., |start| start.arm == arm && start.revision <= revision)
             .collect();
         for held in starts {
@@ -180,8 +180,8 @@ impl Station {
             }
             let mut end = JobEnd::new(if stopped { "stopped" } else { "failed" });
             end.error = Some(error.clone()).filter(|_| !stopped);
-            let news = crate::order::JobUpdate::Over(Box::new(end));
-            self.apply_job_update(now, arm, held.job, news);
+            let update = crate::order::JobUpdate::Over(Box::new(end));
+            self.apply_job_update(now, arm, held.job, update);
         }
     }
 
@@ -340,8 +340,8 @@ impl Station {
             };
             let is_lost = unconfirmed.contains(&self.arm(arm).entry.name);
             let state = if is_lost { "interrupted" } else { "stopped" };
-            let news = crate::order::JobUpdate::Over(Box::new(JobEnd::new(state)));
-            self.apply_job_update(now, arm, job, news);
+            let update = crate::order::JobUpdate::Over(Box::new(JobEnd::new(state)));
+            self.apply_job_update(now, arm, job, update);
         }
         // The last chance: the program ends.
         self.records.retry_writes(now, true);

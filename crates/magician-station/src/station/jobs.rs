@@ -160,7 +160,7 @@ impl Station {
         key: &str,
         order: &JobOrder,
     ) -> Option<Result<Handled, RpcError>> {
-        let record = self.records.assign_key(arm, key)?;
+        let record = self.records.keyed(arm, key)?;
         let result = json!({"job": record.id});
         // Same key and same order is a retry; another order is a mistake of the caller.
         if record.hidden.digest != Some(digest(order)) {

@@ -180,7 +180,7 @@ impl Station {
                 name: name.clone(),
                 grant: grant.clone(),
                 role_source,
-                most,
+                max_role: most,
                 secret: peer.secret.clone(),
                 since,
                 socket: Some(socket),
@@ -332,7 +332,7 @@ impl Station {
                 name,
                 grant,
                 role_source,
-                most,
+                max_role: most,
                 secret: String::new(),
                 since: now,
                 // Gets its answer and no notifications.
