@@ -422,8 +422,8 @@ pub enum ArmReport {
     Job {
         /// The job.
         job: JobId,
-        /// The news.
-        news: JobUpdate,
+        /// The update.
+        update: JobUpdate,
     },
     /// Event of the arm.
     Event {

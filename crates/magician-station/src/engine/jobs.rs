@@ -204,7 +204,7 @@ impl EngineTask {
         };
         (self.report)(ArmReport::Job {
             job,
-            news: JobUpdate::Read {
+            update: JobUpdate::Read {
                 title: program.program.plan().title.clone(),
                 steps: program.program.plan().steps.len() as u64,
                 start: program.start,
@@ -236,8 +236,8 @@ impl EngineTask {
         // Before the first report, so that a pause that answers it finds the job.
         slot.handle = Some(handle.clone());
         if handle.burns() {
-            let news = JobUpdate::Burns;
-            (self.report)(ArmReport::Job { job, news });
+            let update = JobUpdate::Burns;
+            (self.report)(ArmReport::Job { job, update });
         }
         let paused = Arc::clone(&slot.paused);
         let ends_unattended = Arc::clone(&slot.ends_unattended);
@@ -252,7 +252,7 @@ impl EngineTask {
         self.side.spawn(async move {
             let mut events = handle.events();
             while let Some(event) = events.next().await {
-                let news = match event {
+                let update = match event {
                     // The end is reported below, with its details.
                     JobEvent::State(JobState::Ended) => break,
                     JobEvent::State(state) => {
@@ -276,7 +276,7 @@ impl EngineTask {
                     // The API does not report the other events.
                     _ => continue,
                 };
-                report(ArmReport::Job { job, news });
+                report(ArmReport::Job { job, update });
             }
             let mut end = Box::new(end_of(&handle.outcome().await, &program, &digest));
             end_unattended_outputs(&arm, &ends_unattended).await;
@@ -284,8 +284,8 @@ impl EngineTask {
             // completed one.
             let before = (end.state == "done").then_some(grips);
             end.notes = notes_of(&arm, before);
-            let news = JobUpdate::Over(end);
-            report(ArmReport::Job { job, news });
+            let update = JobUpdate::Over(end);
+            report(ArmReport::Job { job, update });
             TaskResult::JobOver(job)
         });
     }
@@ -347,8 +347,8 @@ impl EngineTask {
             self.answer_job_over(request);
         }
         let end = Box::new(over(state, error));
-        let news = JobUpdate::Over(end);
-        (self.report)(ArmReport::Job { job, news });
+        let update = JobUpdate::Over(end);
+        (self.report)(ArmReport::Job { job, update });
     }
 
     /// Answers a request about a job that is over.

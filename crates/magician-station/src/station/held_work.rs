@@ -179,8 +179,8 @@ impl Station {
             }
             let mut end = JobEnd::new(if stopped { "stopped" } else { "failed" });
             end.error = Some(error.clone()).filter(|_| !stopped);
-            let news = crate::order::JobUpdate::Over(Box::new(end));
-            self.apply_job_update(now, arm, held.job, news);
+            let update = crate::order::JobUpdate::Over(Box::new(end));
+            self.apply_job_update(now, arm, held.job, update);
         }
     }
 
@@ -339,8 +339,8 @@ impl Station {
             };
             let is_lost = unconfirmed.contains(&self.arm(arm).entry.name);
             let state = if is_lost { "interrupted" } else { "stopped" };
-            let news = crate::order::JobUpdate::Over(Box::new(JobEnd::new(state)));
-            self.apply_job_update(now, arm, job, news);
+            let update = crate::order::JobUpdate::Over(Box::new(JobEnd::new(state)));
+            self.apply_job_update(now, arm, job, update);
         }
         // The last chance: the program ends.
         self.records.retry_writes(now, true);

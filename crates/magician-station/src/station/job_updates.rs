@@ -10,7 +10,6 @@ use serde_json::{Value, json};
 
 use super::jobs::{AwaitedJobState, is_under_way};
 use super::newest::{Newest, PROGRESS_INTERVAL};
-use super::records::digest;
 use super::{Awaited, Station};
 use crate::api::{ArmEvent, RpcError};
 use crate::control::{ArmId, JobId, JobPhase, RequestId, WorkEnd};

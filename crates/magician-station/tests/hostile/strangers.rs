@@ -185,7 +185,7 @@ impl Scene {
                 }
                 ArmOrder::StartJob(start) => ArmReport::Job {
                     job: start.job,
-                    news: JobUpdate::State(JobState::Running, None),
+                    update: JobUpdate::State(JobState::Running, None),
                 },
                 ArmOrder::StartJog { request, .. } => done(request, Ok(Outcome::Value(json!({})))),
                 ArmOrder::Read { request, .. } => {

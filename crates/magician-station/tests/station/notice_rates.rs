@@ -18,10 +18,10 @@ fn carry_out(bare: &mut BareStation) {
             bare.station.jobs_written(bare.now, arm, revision, Ok(()));
         } else if let Some((_, order)) = bare.station.poll_order() {
             if let ArmOrder::StartJob(start) = order {
-                let news = JobUpdate::State(JobState::Running, None);
+                let update = JobUpdate::State(JobState::Running, None);
                 bare.report(ArmReport::Job {
                     job: start.job,
-                    news,
+                    update,
                 });
             }
         } else {

@@ -148,17 +148,17 @@ impl Simulation {
         }
     }
 
-    fn news(&mut self, job: JobId, news: JobUpdate) {
+    fn update(&mut self, job: JobId, update: JobUpdate) {
         if self.killed {
             return;
         }
-        let report = ArmReport::Job { job, news };
+        let report = ArmReport::Job { job, update };
         self.station.report(HostInstant::ZERO, ArmId(0), report);
         self.turn();
     }
 
     fn over(&mut self, job: JobId, state: &'static str) {
-        self.news(job, JobUpdate::Over(Box::new(JobEnd::new(state))));
+        self.update(job, JobUpdate::Over(Box::new(JobEnd::new(state))));
     }
 
     /// Brings the last started job into this state.
@@ -170,7 +170,7 @@ impl Simulation {
             return self.over(job, "done");
         }
         let running = JobUpdate::State(magician_job::JobState::Running, None);
-        self.news(job, running);
+        self.update(job, running);
     }
 
     /// Calls a method. `None` if there is no answer, because the program was killed or the answer

@@ -323,7 +323,7 @@ impl Simulation {
             return;
         }
         let (arm, order) = self.orders.remove(at % self.orders.len());
-        let news = match &order {
+        let update = match &order {
             ArmOrder::StartJob(start) => Some((start.job, JobState::Running)),
             ArmOrder::ResumeJob { job, .. } => Some((*job, JobState::Running)),
             ArmOrder::PauseJob { job, reason, .. } => {
@@ -333,13 +333,13 @@ impl Simulation {
             ArmOrder::StopJob(job) => Some((*job, JobState::Stopping)),
             _ => None,
         };
-        if let Some((job, state)) = news {
-            let news = if good && state != JobState::Stopping {
+        if let Some((job, state)) = update {
+            let update = if good && state != JobState::Stopping {
                 JobUpdate::State(state, None)
             } else {
                 JobUpdate::Over(Box::new(JobEnd::new("stopped")))
             };
-            let report = ArmReport::Job { job, news };
+            let report = ArmReport::Job { job, update };
             return self.station.report(self.now, arm, report);
         }
         let request = match &order {
