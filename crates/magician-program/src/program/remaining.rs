@@ -97,7 +97,7 @@ impl RemainingProgram {
             whole: Arc::clone(&program.plan),
             following: (program.iterations)
                 .map(|iterations| iterations.saturating_sub(done.saturating_add(1))),
-            pen_stays_down: program.stays,
+            pen_stays_down: program.pen_stays_down,
             numbering: program.numbering.clone(),
             start,
             start_with_settings,

@@ -222,7 +222,7 @@ impl<'p> ResumedRun<'p> {
         self.run_once(run).await
     }
 
-    async fn turn<C: Iterator<Item = Set>>(&mut self, run: &mut Run<C>) -> Result<Ran, Error> {
+    async fn run_once<C: Iterator<Item = Set>>(&mut self, run: &mut Run<C>) -> Result<Ran, Error> {
         let (counter, checkpoint) = (&mut self.counter, &mut self.checkpoint);
         let ended = run
             .wait(|progress| {
