@@ -189,7 +189,11 @@ impl RemainingProgram {
     fn slots(&self) -> impl Iterator<Item = Option<Set>> + '_ {
         let later = self.later_steps().map(|step| step.action.command());
         let slots = self.first_slots().chain(later);
-        slots.take(if self.pen_stays_down { self.count() } else { usize::MAX })
+        slots.take(if self.pen_stays_down {
+            self.count()
+        } else {
+            usize::MAX
+        })
     }
 
     /// All commands in order.

@@ -272,12 +272,8 @@ fn overhang_is_noted_with_its_length_and_drawn() {
         message,
         "it comes within 5 mm of the edge of the page; the margin is 10 mm"
     );
-    assert_eq!(
-        told(json!({"page": "70x100", "at": at, "margin": 5})),
-        None
-    );
-    let (message, _) =
-        told(json!({"page": "80x40", "at": at, "move": [0, -21.25, 0]})).unwrap();
+    assert_eq!(told(json!({"page": "70x100", "at": at, "margin": 5})), None);
+    let (message, _) = told(json!({"page": "80x40", "at": at, "move": [0, -21.25, 0]})).unwrap();
     assert_eq!(message, "it reaches 11.3 mm beyond the edge of the page");
     // The whole grid is checked against the page; a fitted drawing causes no warning.
     let (message, remedies) =

@@ -300,7 +300,7 @@ impl Work {
         let order = &start.order;
         let whole = program.program.clone().repeated(order.loops);
         whole
-            .has(order.from)
+            .check_step(order.from)
             .map_err(|problem| RpcError::param("from", problem.to_string()))?;
         // Checked on the program itself and not on its format: a plan can hold any command.
         if let Err(refused) = &start.danger

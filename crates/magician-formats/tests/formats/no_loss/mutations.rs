@@ -225,7 +225,14 @@ fn one_odd_element_of_a_drawing_is_drawn_noted_or_refused() {
         }
         pieces.retain(|piece| whole[piece.clone()].ends_with("/>"));
         pieces.truncate(12);
-        mutate(&mut tally, name, Format::Svg, &whole, &pieces, &elements_with_one_odd_attribute);
+        mutate(
+            &mut tally,
+            name,
+            Format::Svg,
+            &whole,
+            &pieces,
+            &elements_with_one_odd_attribute,
+        );
     }
     println!(
         "SVG: {} same, {} noted, {} refused",

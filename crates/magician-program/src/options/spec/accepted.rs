@@ -33,7 +33,9 @@ pub(in crate::options) fn shortened(value: &Value) -> String {
     let text = match value {
         // JSON stores NaN as null.
         Value::Null => "nan".to_owned(),
-        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), format_number),
+        Value::Number(number) => number
+            .as_f64()
+            .map_or_else(|| number.to_string(), format_number),
         Value::String(text) => match text.parse::<f64>() {
             Ok(number) if !number.is_finite() => format_number(number),
             _ => format!("{text:?}"),
