@@ -135,7 +135,7 @@ pub(crate) fn setup_and_preset(
     let options = match preset {
         // With a preset the options may be incomplete, so each constructor checks differently.
         None => SetupOptions::from_fields(&fields),
-        Some(_) => SetupOptions::from_fields_of_some(&fields),
+        Some(_) => SetupOptions::from_partial_fields(&fields),
     };
     let options = options.map_err(|error| {
         let message = format!("`setup`: {}", visible(&error.message));
