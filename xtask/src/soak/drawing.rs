@@ -26,9 +26,9 @@ mod troubles;
 #[path = "../../../crates/magician-program/tests/program/lossy/verdict.rs"]
 pub(super) mod verdict;
 
-use ink::{Ink, TRUE};
-use rig::{Trouble, draw, on_a_jumping_clock};
-use verdict::{Came, drawn, judge};
+use ink::{CORNER_ACCURACY, Ink};
+use rig::{FaultSetup, draw, on_virtual_clock};
+use verdict::{Verdict, drawn, judge};
 
 const SAMPLES: &str = "../crates/magician-program/samples";
 /// Interval at which a run draws over a network: every fifth run.
@@ -106,11 +106,11 @@ impl Tally {
         seed: u64,
     ) -> Result<Option<String>, Box<dyn Error>> {
         let Program { plan, right, .. } = program;
-        let trouble = Trouble {
-            faults: faults(&troubles::SERIAL, round, seed)?,
+        let trouble = FaultSetup {
+            faults: faults(&troubles::SERIAL_FAULTS, round, seed)?,
             window: [4, 1, 2, 1, 8, 1, 3, 1, 6][(round % 9) as usize],
         };
-        let outcome = on_a_jumping_clock(draw(plan, trouble))?;
+        let outcome = on_virtual_clock(draw(plan, trouble))?;
         self.commands += plan.commands().count() as u64;
         self.requests += outcome.requests[0];
         self.resent += outcome.requests[1];
@@ -136,7 +136,7 @@ impl Tally {
         round: u64,
         seed: u64,
     ) -> Result<Option<String>, Box<dyn Error>> {
-        let faults = faults(&troubles::NETWORK, round, seed)?;
+        let faults = faults(&troubles::NETWORK_FAULTS, round, seed)?;
         let came = datagrams::draw(&program.plan, faults)?;
         self.commands += program.plan.commands().count() as u64;
         self.requests += came.requests;
@@ -145,12 +145,13 @@ impl Tally {
         self.doubled += u64::from(came.told);
         self.digest.add(came.requests, &trace(&came.drawing));
         let (ink, all) = (Ink::of(&came.drawing), Ink::of(&program.right));
-        let begins = (ink.off_the_beginning_of(&all)).is_some_and(|off| off <= TRUE);
-        let ends = (ink.length() - all.length()).abs() <= TRUE;
+        let begins =
+            (ink.distance_from_beginning_of(&all)).is_some_and(|off| off <= CORNER_ACCURACY);
+        let ends = (ink.length() - all.length()).abs() <= CORNER_ACCURACY;
         let verdict = match came.stopped {
-            None if ink.is_the_same(&all) => Came::Same,
-            None if begins && ends => Came::Equal,
-            Some(_) if begins => Came::Stopped,
+            None if ink.equals(&all) => Verdict::Same,
+            None if begins && ends => Verdict::Equal,
+            Some(_) if begins => Verdict::Stopped,
             stopped => {
                 let found = format!(
                     "{faults}, datagrams: {:.3} of {:.3} mm",
@@ -164,12 +165,12 @@ impl Tally {
         Ok(None)
     }
 
-    fn count(&mut self, came: Came) {
+    fn count(&mut self, came: Verdict) {
         let count = match came {
-            Came::Same => &mut self.same,
-            Came::Equal => &mut self.equal,
-            Came::Completed => &mut self.completed,
-            Came::Stopped => &mut self.stopped,
+            Verdict::Same => &mut self.same,
+            Verdict::Equal => &mut self.equal,
+            Verdict::Completed => &mut self.completed,
+            Verdict::Stopped => &mut self.stopped,
         };
         *count += 1;
     }

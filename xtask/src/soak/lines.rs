@@ -8,7 +8,7 @@ use magician::sim::world::Drawing;
 use magician_program::Plan;
 
 use super::drawing::programs::hard;
-use super::drawing::rig::{Outcome, Trouble, draw_at, on_a_jumping_clock};
+use super::drawing::rig::{FaultSetup, Outcome, draw_at, on_virtual_clock};
 use super::drawing::sheet::{Passage, Row};
 use super::drawing::verdict::drawn;
 use super::{Scope, SoakResult};
@@ -119,11 +119,11 @@ const LINES: [Line; 10] = [
 pub(super) fn lines(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let mut figures = Vec::new();
     let (mut wrong, mut lost) = (0, 0);
-    println!("{}", Row::HEAD);
+    println!("{}", Row::TABLE_HEAD);
     for points in [FEW_POINTS, SOME_POINTS, MANY_POINTS] {
         let plan = hard(points)?;
         let right = drawn(&plan, None);
-        let good = Trouble {
+        let good = FaultSetup {
             faults: Faults::NONE,
             window: 1,
         };
@@ -154,8 +154,8 @@ pub(super) fn lines(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     })
 }
 
-fn draw_over(plan: &Plan, trouble: Trouble, pace: f64) -> Result<Outcome, Box<dyn Error>> {
-    Ok(on_a_jumping_clock(draw_at(plan, trouble, pace))?)
+fn draw_over(plan: &Plan, trouble: FaultSetup, pace: f64) -> Result<Outcome, Box<dyn Error>> {
+    Ok(on_virtual_clock(draw_at(plan, trouble, pace))?)
 }
 
 fn drawings(
@@ -168,7 +168,7 @@ fn drawings(
     for nth in 0..scope.cases {
         let seed = scope.seed.wrapping_mul(1_000_003).wrapping_add(nth);
         let faults: Faults = format!("{},seed={seed}", line.faults).parse()?;
-        let outcome = draw_over(plan, Trouble { faults, window }, line.pace)?;
+        let outcome = draw_over(plan, FaultSetup { faults, window }, line.pace)?;
         let passage = Passage {
             right,
             drawn: &outcome.drawing,

@@ -23,7 +23,7 @@ pub(super) fn networks(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let usual = datagrams::draw(&plan, Faults::NONE)?.lasted;
     let mut figures = Vec::new();
     let (mut wrong, mut lost, mut slowest) = (0, 0, 0.0_f64);
-    println!("{}", Row::HEAD);
+    println!("{}", Row::TABLE_HEAD);
     for share in LOSS_RATES {
         let mut row = Row::new(format!("UDP, {share} lost, 0.01 doubled, each way"));
         let mut doubled = 0;

@@ -300,7 +300,7 @@ fn refusals_use_step_numbers_of_the_whole_program() {
         assert_eq!(report.refused, 1);
         assert_eq!(report.number(report.refused_steps[0].step), last as u64);
         let options = PreviewOptions::default();
-        let picture = Preview::new(rest.first(), &report, rest.told(), &options);
+        let picture = Preview::new(rest.first(), &report, rest.start_with_settings(), &options);
         let named = picture.to_svg().matches(&format!(">step {last}")).count();
         assert_eq!(named, 2, "{from}");
     }

@@ -264,24 +264,20 @@ fn overhang_is_noted_with_its_length_and_drawn() {
         note.map(|note| (note.message.clone(), note.remedies.clone()))
     };
     let at = json!([240, 0]);
-    let (message, remedies) = note_texts(json!({"page": "50x40", "at": at})).unwrap();
+    let (message, remedies) = told(json!({"page": "50x40", "at": at})).unwrap();
     assert_eq!(message, "it reaches 5 mm beyond the edge of the page");
     assert_eq!(remedies[0].act, Act::Give(Setting::Fit, SettingValue::On));
-    let (message, _) = note_texts(json!({"page": "70x100", "at": at})).unwrap();
+    let (message, _) = told(json!({"page": "70x100", "at": at})).unwrap();
     assert_eq!(
         message,
         "it comes within 5 mm of the edge of the page; the margin is 10 mm"
     );
-    assert_eq!(
-        note_texts(json!({"page": "70x100", "at": at, "margin": 5})),
-        None
-    );
-    let (message, _) =
-        note_texts(json!({"page": "80x40", "at": at, "move": [0, -21.25, 0]})).unwrap();
+    assert_eq!(told(json!({"page": "70x100", "at": at, "margin": 5})), None);
+    let (message, _) = told(json!({"page": "80x40", "at": at, "move": [0, -21.25, 0]})).unwrap();
     assert_eq!(message, "it reaches 11.3 mm beyond the edge of the page");
     // The whole grid is checked against the page; a fitted drawing causes no warning.
     let (message, remedies) =
-        note_texts(json!({"page": "80x40", "at": at, "fit": true, "grid": "2x1:0x-30"})).unwrap();
+        told(json!({"page": "80x40", "at": at, "fit": true, "grid": "2x1:0x-30"})).unwrap();
     assert_eq!(message, "it reaches 20 mm beyond the edge of the page");
     assert_eq!(remedies, []);
 }

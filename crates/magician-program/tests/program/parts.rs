@@ -258,10 +258,10 @@ fn parts_drawn_separately_align_with_the_whole() {
         let marks = marks.filter_map(|step| step.action.target());
         marks.map(|[x, y, _]| [x, y]).collect()
     };
-    let together = prepared_plan(json!({}));
+    let together = made(json!({}));
     let (small, large) = (
-        prepared_plan(json!({"only": ["small"]})),
-        prepared_plan(json!({"only": ["long"]})),
+        made(json!({"only": ["small"]})),
+        made(json!({"only": ["long"]})),
     );
     let apart = [marks(&small.plan), marks(&large.plan)].concat();
     assert!(!apart.is_empty());
@@ -270,9 +270,9 @@ fn parts_drawn_separately_align_with_the_whole() {
     assert_eq!([small.placed, large.placed], [together.placed; 2]);
     assert!(small.placed.is_some_and(|placed| placed.scale < 1.0));
     // A part may fit although the whole does not.
-    let part = prepared_plan(json!({"fit": false, "only": ["small"]}));
+    let part = made(json!({"fit": false, "only": ["small"]}));
     assert!(part.misfit.is_none());
-    assert!(prepared_plan(json!({"fit": false})).misfit.is_some());
+    assert!(made(json!({"fit": false})).misfit.is_some());
 }
 
 #[test]

@@ -118,7 +118,7 @@ fn staged_start_comes_with_the_joints_of_its_arm() {
     let mut request = PrepareRequest::new(Format::Gcode, b"G91\nG1 X5 F600\n");
     request.start = StartPosition::Staged;
     let program = expect_done(request.prepare().unwrap());
-    assert!(program.start.is_some() && program.stands.is_some());
+    assert!(program.start.is_some() && program.staged_joints.is_some());
 }
 
 #[test]

@@ -169,7 +169,8 @@ async fn line_stopped_at_any_instant_has_neither_gap_nor_overlap() {
                     );
                     drawn = to;
                 }
-                let Some(next) = stopped.filter(|(steps, _)| program.has(*steps).is_ok()) else {
+                let Some(next) = stopped.filter(|(steps, _)| program.check_step(*steps).is_ok())
+                else {
                     break;
                 };
                 on_paper += u32::from(next.1.is_some() && again == 0);

@@ -51,7 +51,7 @@ impl LoadOptions {
         let options = match self.preset {
             None => SetupOptions::from_fields(&fields),
             // Consistency is checked later, once the preset has filled the gaps.
-            Some(_) => SetupOptions::from_fields_of_some(&fields),
+            Some(_) => SetupOptions::from_partial_fields(&fields),
         };
         let mut options = options.map_err(|error| error.message)?;
         if let Some((name, bytes)) = &self.font_file {

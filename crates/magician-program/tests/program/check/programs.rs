@@ -126,7 +126,7 @@ fn action() -> impl Strategy<Value = Action> {
 
 /// Plans of all commands, some of them impossible.
 pub(crate) fn plan() -> impl Strategy<Value = Plan> {
-    let tools: Vec<Option<Tool>> = Tool::NAMED
+    let tools: Vec<Option<Tool>> = Tool::NAMED_TOOLS
         .iter()
         .map(|(_, tool)| Some(*tool))
         .chain([None])

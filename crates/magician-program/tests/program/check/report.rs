@@ -46,7 +46,7 @@ fn a_drawing_with_a_pen() {
         .collect();
     assert_eq!(counts, [("move", 4), ("path", 2), ("wait", 1)]);
     assert_eq!(report.longest_time, Some((5, Duration::from_millis(2500))));
-    assert_eq!(report.longest_way, Some((6, 50.0)));
+    assert_eq!(report.longest_motion, Some((6, 50.0)));
     // Bounds of the drawing, and of all targets.
     assert_eq!(report.bounds, Some([[220.0, 0.0, 0.0], [240.0, 30.0, 0.0]]));
     assert_eq!(

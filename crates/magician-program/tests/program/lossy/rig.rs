@@ -222,7 +222,7 @@ impl<'p> ResumedRun<'p> {
         self.run_once(run).await
     }
 
-    async fn turn<C: Iterator<Item = Set>>(
+    async fn run_once<C: Iterator<Item = Set>>(
         &mut self,
         run: &mut Run<C>,
     ) -> Result<RunSummary, Error> {
