@@ -117,7 +117,7 @@ mod tests {
         let orders = sequence
             .iter()
             .map(|(signal, at)| rule.order_for(*signal, *at));
-        hears.collect()
+        orders.collect()
     }
 
     #[test]

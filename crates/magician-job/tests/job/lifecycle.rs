@@ -273,7 +273,10 @@ async fn stop_writes_the_checkpoint_before_lifting_the_pen() {
     job.stop();
     let error = job.outcome().await.expect_err("stopped");
     let JobError {
-        stood, pose, lift, ..
+        stopped_at: stood,
+        pose,
+        lift,
+        ..
     } = &*error;
     let (stood, pose) = (stood.expect("it stands"), pose.expect("told"));
     assert!(f64::from(stood.pose.z) < PAPER + 0.5, "{stood:?}");

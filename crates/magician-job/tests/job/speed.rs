@@ -1,6 +1,5 @@
 //! Changes of a job's speed while it runs.
 
-use super::bench;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -14,7 +13,7 @@ use magician_program::resume::{Checkpoint, ObservedProgress, ResumePoint};
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::{Instant, sleep};
 
-use super::fixtures::{Kind, bench};
+use super::fixtures::{self, Kind, bench};
 
 const STEPS: u32 = 60;
 const STEP: f32 = 4.0;

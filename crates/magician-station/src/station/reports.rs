@@ -42,7 +42,7 @@ impl Station {
                 }
             }
             ArmReport::JogEnded { jog, why } => self.control.note_jog_ended(arm, jog, why),
-            ArmReport::Job { job, news } => self.apply_job_update(now, arm, job, news),
+            ArmReport::Job { job, update } => self.apply_job_update(now, arm, job, update),
             ArmReport::Event { event, fields } => self.event(now, arm, event, fields),
             ArmReport::Surface(surface) => {
                 let params = json!({"arm": self.arm(arm).entry.name, "surface": surface});
