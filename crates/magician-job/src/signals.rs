@@ -115,7 +115,7 @@ mod tests {
     fn orders(sequence: &[(StopSignal, Duration)]) -> Vec<Option<StopOrder>> {
         let mut rule = StopRule::default();
         let orders = sequence.iter().map(|(signal, at)| rule.order_for(*signal, *at));
-        hears.collect()
+        orders.collect()
     }
 
     #[test]

@@ -273,10 +273,13 @@ async fn stop_writes_the_checkpoint_before_lifting_the_pen() {
     job.stop();
     let error = job.outcome().await.expect_err("stopped");
     let JobError {
-        stood, pose, lift, ..
+        stopped_at,
+        pose,
+        lift,
+        ..
     } = &*error;
-    let (stood, pose) = (stood.expect("it stands"), pose.expect("told"));
-    assert!(f64::from(stood.pose.z) < PAPER + 0.5, "{stood:?}");
+    let (stopped_at, pose) = (stopped_at.expect("it stands"), pose.expect("told"));
+    assert!(f64::from(stopped_at.pose.z) < PAPER + 0.5, "{stopped_at:?}");
     assert!(f64::from(pose.z) > PAPER + 5.0 && matches!(lift, PenLift::Lifted(_)));
     let checkpoint = journal.last().expect("kept");
     assert!(checkpoint.ended.is_some() && checkpoint.ended != Some(RunEnd::Doubt));

@@ -1,6 +1,6 @@
 //! Changes of a job's speed while it runs.
 
-use super::bench;
+use super::fixtures;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 

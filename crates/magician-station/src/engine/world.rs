@@ -183,11 +183,11 @@ pub(super) async fn describe(arm: &Arm, mark: Option<String>) -> Result<Value, R
 pub(super) fn grip_count(arm: &Arm) -> GripCount {
     #[cfg(feature = "sim")]
     if let Some(arm) = arm.virtual_arm() {
-        let (begun, taken) = arm.with(|arm| {
+        let (grips, picks) = arm.with(|arm| {
             let count = arm.look().grip_count();
-            (count.grips, count.picks)
+            (count.begun, count.taken)
         });
-        return GripCount { begun, taken };
+        return GripCount { grips, picks };
     }
     let _ = arm;
     GripCount::default()
