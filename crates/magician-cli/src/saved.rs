@@ -1,13 +1,15 @@
 //! Settings that a verb changes temporarily and restores, and the note about them.
 
-pub(crate) use magician_job::{Access, SavedSettings, RecoveredSettings};
+pub(crate) use magician_job::{Access, RecoveredSettings, SavedSettings};
 
 /// Returns the note for the user; `None` if there is nothing to report.
 pub(crate) fn note(settled: &RecoveredSettings) -> Option<String> {
     let before = "an earlier command ended without restoring the arm's settings";
     Some(match settled {
         RecoveredSettings::Nothing => return None,
-        RecoveredSettings::Restored(names) => format!("{before}; restored now: {}", names.join(", ")),
+        RecoveredSettings::Restored(names) => {
+            format!("{before}; restored now: {}", names.join(", "))
+        }
         RecoveredSettings::Outstanding(names) => format!(
             "{before}; the next command that moves or sets restores: {}",
             names.join(", ")

@@ -241,7 +241,10 @@ mod tests {
             files.is_homed_at(&ArmIdentity::new(serial, port), seconds(uptime), now)
         };
         assert!(homed("A1", "tcp:here:1", UPTIME + 5.0, HOMED_AT + 5.0));
-        assert!(!homed("A1", "tcp:here:2", UPTIME + 5.0, HOMED_AT + 5.0), "port");
+        assert!(
+            !homed("A1", "tcp:here:2", UPTIME + 5.0, HOMED_AT + 5.0),
+            "port"
+        );
         assert!(
             !homed("A2", "tcp:here:1", UPTIME + 5.0, HOMED_AT + 5.0),
             "serial"
@@ -305,7 +308,10 @@ mod tests {
             &whole.replace("\"version\":1", "\"version\":2"),
         ] {
             fs::write(&path, text).expect("written");
-            assert!(!files.is_homed_at(&arm, seconds(UPTIME), HOMED_AT), "{text}");
+            assert!(
+                !files.is_homed_at(&arm, seconds(UPTIME), HOMED_AT),
+                "{text}"
+            );
         }
     }
 

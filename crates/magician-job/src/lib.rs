@@ -88,10 +88,12 @@ mod touch;
 
 pub use engine::{Job, MIN_REPORTED_OVERLAP};
 pub use error::{
-    Fault, JobError, JobOutcome, ResumePlace, PauseError, PenLift, ResumeError, SpeedError, StopPosition,
+    Fault, JobError, JobOutcome, PauseError, PenLift, ResumeError, ResumePlace, SpeedError,
+    StopPosition,
 };
 pub use event::{
-    JobSummary, FinalState, JobEvent, JobEvents, JobProgress, JobState, PauseReason, StartPlace, JobWait,
+    FinalState, JobEvent, JobEvents, JobProgress, JobState, JobSummary, JobWait, PauseReason,
+    StartPlace,
 };
 pub use handle::JobHandle;
 #[cfg(feature = "files")]
@@ -103,7 +105,7 @@ pub use journal::{InterruptedJob, Journal, JournalError, JournalKey, NoJournal};
 pub use magician::dirs;
 pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;
-pub use saved::{Access, SavedSettings, RecoveredSettings};
+pub use saved::{Access, RecoveredSettings, SavedSettings};
 pub use signals::{SECOND_STOP_DELAY, StopOrder, StopRule, StopSignal};
 pub use spec::{JobSpec, Start};
 pub use touch::{Touch, WorkSurface, sheet_stored_message, touch_off};

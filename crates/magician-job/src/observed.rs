@@ -107,7 +107,8 @@ impl ObservedState {
     /// second.
     #[must_use]
     pub fn with_rate(mut self, rate: f64) -> Self {
-        let missed = Duration::try_from_secs_f64(MAX_MISSED_READINGS / rate).unwrap_or(Duration::MAX);
+        let missed =
+            Duration::try_from_secs_f64(MAX_MISSED_READINGS / rate).unwrap_or(Duration::MAX);
         self.stale = STALE_AFTER.max(missed);
         self
     }
@@ -147,7 +148,10 @@ impl ObservedState {
 
     /// Updates the age of the last reading.
     pub fn tick(&mut self, now: Instant) {
-        let last = self.status.as_ref().map_or(self.created, |status| status.at);
+        let last = self
+            .status
+            .as_ref()
+            .map_or(self.created, |status| status.at);
         self.age = now.saturating_duration_since(last);
     }
 

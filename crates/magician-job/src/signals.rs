@@ -114,7 +114,9 @@ mod tests {
 
     fn orders(sequence: &[(StopSignal, Duration)]) -> Vec<Option<StopOrder>> {
         let mut rule = StopRule::default();
-        let orders = sequence.iter().map(|(signal, at)| rule.order_for(*signal, *at));
+        let orders = sequence
+            .iter()
+            .map(|(signal, at)| rule.order_for(*signal, *at));
         orders.collect()
     }
 

@@ -136,7 +136,9 @@ pub fn stored_surface() -> Result<Option<WorkSurface>> {
     if let Some(sheet) = file.value("sheet").map_err(settings_error)? {
         return Ok(Some(WorkSurface::Sheet(sheet)));
     }
-    Ok(surface_of(&file).map_err(settings_error)?.map(WorkSurface::Plane))
+    Ok(surface_of(&file)
+        .map_err(settings_error)?
+        .map(WorkSurface::Plane))
 }
 
 /// Plane that a settings file stores under `surface`: a height in mm, or a table with height and
@@ -175,7 +177,10 @@ pub fn store_surface(surface: Option<WorkSurface>) -> Result<()> {
     };
     let edited = match surface.map(WorkSurface::rounded) {
         Some(WorkSurface::Plane(_)) if has("sheet")? => {
-            return Err(Error::new(ErrorCode::InvalidSettings, sheet_stored_message()));
+            return Err(Error::new(
+                ErrorCode::InvalidSettings,
+                sheet_stored_message(),
+            ));
         }
         Some(WorkSurface::Plane(surface)) if surface.slope == [0.0, 0.0] => {
             file.with("surface", &surface.height.to_string())

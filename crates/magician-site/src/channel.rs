@@ -7,7 +7,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use magician_station::http::{TokenStore, TOKENS_UNAVAILABLE};
+use magician_station::http::{TOKENS_UNAVAILABLE, TokenStore};
 use magician_station::{Client, MAX_MESSAGE_SIZE, Outgoing, Station};
 use tokio::sync::mpsc;
 use tokio::time::timeout;

@@ -93,7 +93,11 @@ impl DiskWriter {
 
     /// Queues jobs and journal lines for writing, and returns at once.
     #[cfg(test)]
-    fn queue(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsSnapshot>) -> Vec<Written> {
+    fn queue(
+        self: &Arc<Self>,
+        lines: Vec<JournalLine>,
+        jobs: Option<JobsSnapshot>,
+    ) -> Vec<Written> {
         self.queue_all(lines, jobs.into_iter().collect(), BTreeMap::new())
     }
 
@@ -126,8 +130,9 @@ impl DiskWriter {
             if self.is_inline {
                 disk_writer.write(&mut |on_written| written.push(on_written));
             } else {
-                self.runtime
-                    .spawn_blocking(move || disk_writer.write(&mut |on_written| (disk_writer.on_written)(on_written)));
+                self.runtime.spawn_blocking(move || {
+                    disk_writer.write(&mut |on_written| (disk_writer.on_written)(on_written))
+                });
             }
         }
         written
@@ -259,7 +264,10 @@ mod tests {
         let id = |saved: Value| saved["jobs"][0]["job"].as_str().map(str::to_owned);
         assert_eq!(id(saved.recv().unwrap()).as_deref(), Some("first"));
         for number in 0..1000 {
-            disk_writer.queue(Vec::new(), Some(JobsSnapshot::of_ids(&[&number.to_string()])));
+            disk_writer.queue(
+                Vec::new(),
+                Some(JobsSnapshot::of_ids(&[&number.to_string()])),
+            );
         }
         write.send(()).unwrap();
         write.send(()).unwrap();

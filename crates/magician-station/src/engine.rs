@@ -31,7 +31,7 @@ use std::time::Duration;
 use magician::{
     Arm, ArmOutputs, ArmSnapshot, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
-use magician_job::{Access, Journal, SavedSettings, RecoveredSettings};
+use magician_job::{Access, Journal, RecoveredSettings, SavedSettings};
 use magician_protocol::visible;
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, oneshot};
@@ -39,7 +39,7 @@ use tokio::task::{AbortHandle, JoinSet};
 use tokio::time::sleep;
 
 use self::guided::Guided;
-use self::jobs::{JobContext, RunningJob, JobSlot};
+use self::jobs::{JobContext, JobSlot, RunningJob};
 use self::program::ReadProgram;
 pub(crate) use self::program::run_blocking;
 use self::reads::Known;
@@ -390,7 +390,9 @@ impl EngineTask {
             } => self.resume_job(request, job, approach, laser),
             ArmOrder::StopJob(job) => self.stop_job(job),
             // A job in progress is paused or stopped by its own orders, not by the end of a lease.
-            ArmOrder::Stop { request: None } if self.is_job_moving() => self.end_unattended_with_job(),
+            ArmOrder::Stop { request: None } if self.is_job_moving() => {
+                self.end_unattended_with_job()
+            }
             // An explicit stop ends the job as well; a stop because a lease ended leaves a paused
             // job.
             ArmOrder::Stop { request } => {
@@ -596,7 +598,8 @@ impl EngineTask {
                 (self.report)(ArmReport::Done { request, outcome });
             }
             TaskResult::Jog(request, id, begun) => {
-                self.starting_jog.take_if(|(starting_jog, _)| *starting_jog == id);
+                self.starting_jog
+                    .take_if(|(starting_jog, _)| *starting_jog == id);
                 let outcome = match begun {
                     Ok(jog) => {
                         // The keep-alive period of the jog starts with the answer that goes out

@@ -66,7 +66,9 @@ pub enum FrameError {
 impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Length(length) => write!(f, "a frame has {FRAME_SIZE} bytes, and here are {length}"),
+            Self::Length(length) => {
+                write!(f, "a frame has {FRAME_SIZE} bytes, and here are {length}")
+            }
             Self::Mark([mark, version]) => write!(
                 f,
                 "a frame begins with {:#04x} and version {}, and not with {mark:#04x} and {version}",
@@ -149,6 +151,9 @@ mod tests {
         other[1] = 2;
         assert_eq!(StateFrame::read(&other), Err(FrameError::Mark([0x4D, 2])));
         other.push(0);
-        assert_eq!(StateFrame::read(&other), Err(FrameError::Length(FRAME_SIZE + 1)));
+        assert_eq!(
+            StateFrame::read(&other),
+            Err(FrameError::Length(FRAME_SIZE + 1))
+        );
     }
 }

@@ -134,7 +134,8 @@ pub(crate) fn setup_and_preset(
     };
     let options = options.map_err(|error| {
         let message = format!("`setup`: {}", visible(&error.message));
-        RpcError::param(&format!("setup.{}", visible(&error.key)), message).with_sentence(&error.message)
+        RpcError::param(&format!("setup.{}", visible(&error.key)), message)
+            .with_sentence(&error.message)
     })?;
     Ok((Some(Box::new(options)), preset))
 }

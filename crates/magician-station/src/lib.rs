@@ -28,6 +28,7 @@ pub mod class;
 pub mod client;
 pub mod control;
 mod digest;
+mod disk_writer;
 mod engine;
 mod fair;
 mod fence;
@@ -38,7 +39,6 @@ mod frames;
 pub mod http;
 mod job;
 mod job_store;
-mod disk_writer;
 mod library;
 #[cfg(feature = "link")]
 pub mod link;
@@ -56,18 +56,21 @@ mod surface;
 
 pub use api::Role;
 pub use engine::ArmEngine;
-pub use files::{PendingAnswer, FilePreparation, FilePreparer, LocalPreparer};
-pub use frame::{FRAME_SIZE, FRAME_FIELDS, FrameError, StateFrame};
+pub use files::{FilePreparation, FilePreparer, LocalPreparer, PendingAnswer};
+pub use frame::{FRAME_FIELDS, FRAME_SIZE, FrameError, StateFrame};
 pub use frames::{FrameRing, RingPosition, TrafficPiece};
-pub use job::{ConversionResult, FormatReader, ProgramReading, Reader, ReadingArm, Source, SourceBytes, PendingResult};
-pub use job_store::{JobStore, StoredRun, NoJobStore};
+pub use job::{
+    ConversionResult, FormatReader, PendingResult, ProgramReading, Reader, ReadingArm, Source,
+    SourceBytes,
+};
+pub use job_store::{JobStore, NoJobStore, StoredRun};
 pub use library::{
-    OverwritePolicy, MAX_PROGRAM_SIZE, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse,
-    NoPrograms, OverQuota, ProgramEntry, ProgramName, ProgramStore, Upload,
+    LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse, MAX_PROGRAM_SIZE,
+    NoPrograms, OverQuota, OverwritePolicy, ProgramEntry, ProgramName, ProgramStore, Upload,
 };
 pub use names::{MAX_NAME_LENGTH, is_name};
 pub use order::{
-    ArmAct, ArmOrder, ArmRead, ArmReport, Fault, JobEnd, JobUpdate, JobOrder, JobStart, Outcome,
+    ArmAct, ArmOrder, ArmRead, ArmReport, Fault, JobEnd, JobOrder, JobStart, JobUpdate, Outcome,
     WorldAct,
 };
 pub use presets::PresetAct;
@@ -79,9 +82,10 @@ pub use recording::{
 pub use roster::Roster;
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
-    ArmEntry, CloseCode, ForcedStop, FileSnapshot, Grant, JobsSnapshot, JournalLine, LIST_INTERVAL,
-    MAX_MESSAGE_SIZE, Next, Outbox, Outgoing, RateVerdict, Peer, MAX_MESSAGES_PER_SECOND, EndReport, MAX_SOCKETS, SocketId, Station,
-    StationConfig, StationSize, TeachAct, Throttle, MAX_REQUESTS_IN_FLIGHT, MAX_VIEWERS, check_jobs, damaged_jobs,
+    ArmEntry, CloseCode, EndReport, FileSnapshot, ForcedStop, Grant, JobsSnapshot, JournalLine,
+    LIST_INTERVAL, MAX_MESSAGE_SIZE, MAX_MESSAGES_PER_SECOND, MAX_REQUESTS_IN_FLIGHT, MAX_SOCKETS,
+    MAX_VIEWERS, Next, Outbox, Outgoing, Peer, RateVerdict, SocketId, Station, StationConfig,
+    StationSize, TeachAct, Throttle, check_jobs, damaged_jobs,
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 

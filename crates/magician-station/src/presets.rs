@@ -30,7 +30,9 @@ impl PresetAct {
     pub(crate) fn carry_out(self, presets: &Presets) -> Result<Value, RpcError> {
         let saved = |saved: Result<_, PresetError>, param| {
             let saved = saved.map_err(|error| match error {
-                PresetError::Inexpressible(why) => RpcError::param(param, visible(&why).to_string()),
+                PresetError::Inexpressible(why) => {
+                    RpcError::param(param, visible(&why).to_string())
+                }
                 error => preset_error(error, "name"),
             });
             to_value(&PresetReport::from(&saved?))
@@ -38,7 +40,9 @@ impl PresetAct {
         match self {
             Self::List => to_value(&PresetList::of(presets)),
             Self::Show(name) => {
-                let preset = presets.load(&name).map_err(|error| preset_error(error, "name"))?;
+                let preset = presets
+                    .load(&name)
+                    .map_err(|error| preset_error(error, "name"))?;
                 to_value(&PresetReport::from(&preset))
             }
             Self::Save(name, note, options) => {

@@ -182,7 +182,12 @@ impl ArmReading {
     }
 
     /// Returns the binary frame.
-    pub(crate) fn frame(&self, context: &StateContext, subscription: u16, sequence: u32) -> Vec<u8> {
+    pub(crate) fn frame(
+        &self,
+        context: &StateContext,
+        subscription: u16,
+        sequence: u32,
+    ) -> Vec<u8> {
         let bits = [
             self.link,
             self.moving,

@@ -447,7 +447,8 @@ impl RecordingFiles {
                 notes,
             } => {
                 let line = self.lines.get(arm.0 as usize);
-                let mut passed = line.map_or_else(Vec::new, |line| line.since(&RingPosition::default()).0);
+                let mut passed =
+                    line.map_or_else(Vec::new, |line| line.since(&RingPosition::default()).0);
                 if let Some(line) = line {
                     // The ring may reach further back than the readings.
                     passed.retain(|piece| line.unix(piece.at) >= from);

@@ -152,6 +152,9 @@ mod tests {
             own.expect(format!("a{at}"), &"m".repeat(MAX_MACHINE_NAME + 1));
         }
         assert_eq!(own.arms().count(), MAX_ARMS);
-        assert!(own.arms().all(|(_, machine)| machine.len() == MAX_MACHINE_NAME));
+        assert!(
+            own.arms()
+                .all(|(_, machine)| machine.len() == MAX_MACHINE_NAME)
+        );
     }
 }

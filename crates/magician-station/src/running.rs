@@ -29,15 +29,15 @@ use crate::api::Role;
 #[cfg(feature = "class")]
 use crate::api::RpcError;
 use crate::control::ArmId;
+use crate::disk_writer::{DiskWriter, StoredFile, Written};
 use crate::engine::ArmEngine;
 use crate::fair::FairLine;
 use crate::job::Reader;
-use crate::disk_writer::{DiskWriter, StoredFile, Written};
 use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
-    JournalLine, Outgoing, Peer, EndReport, SocketId, Station, StationConfig, StationSize,
+    EndReport, JournalLine, Outgoing, Peer, SocketId, Station, StationConfig, StationSize,
 };
 use crate::surface::ArmSurface;
 
@@ -458,14 +458,24 @@ impl RunningStation {
             self.wait_for_release().await;
         };
         // The limit is needed because a job of an arm that does not answer does not end.
-        let _ = timeout(if again { SECOND_END_TIMEOUT } else { END_TIMEOUT }, runs).await;
+        let _ = timeout(
+            if again {
+                SECOND_END_TIMEOUT
+            } else {
+                END_TIMEOUT
+            },
+            runs,
+        )
+        .await;
         let stops: Vec<_> = self.shared.with(|inner, now| {
             // `Station::end` again: sessions that still hold a lease lose it now.
             inner.station.end(now);
             let is_reader = inner.station.is_read_only();
             // All arms at once: an arm that does not answer must not delay the stop of the others.
             let stops = inner.engines.iter().map(|engine| engine.end(is_reader));
-            stops.map(|stop| timeout(FINAL_STOP_TIMEOUT, stop)).collect()
+            stops
+                .map(|stop| timeout(FINAL_STOP_TIMEOUT, stop))
+                .collect()
         });
         let mut unconfirmed = Vec::new();
         // The stops run side by side: each was started above and has its own limit.

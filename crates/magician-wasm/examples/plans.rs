@@ -6,8 +6,8 @@ use std::{env, fs};
 
 use magician_program::Format;
 use magician_station::{
-    ConversionResult, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramStore, Reader, Role,
-    Source, Upload,
+    ConversionResult, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramStore, Reader,
+    Role, Source, Upload,
 };
 
 /// The samples as a library.

@@ -119,11 +119,13 @@ impl FilePreparer for PageFiles {
                 Ok(Err(_)) => wrong(ErrorKind::Unexpected, FAILED),
                 Ok(Ok(None)) => wrong(ErrorKind::Unsupported, TOO_LARGE),
                 Ok(Ok(Some(bytes))) if bytes.is_empty() => wrong(ErrorKind::Unexpected, FAILED),
-                Ok(Ok(Some(bytes))) => { answer_in_turns(&request, &bytes, &BackgroundTurns).await }
-                    .or_else(|error| match error {
-                        WireError::OtherBuild => wrong(ErrorKind::Unsupported, &error.to_string()),
-                        _ => wrong(ErrorKind::Unexpected, &error.to_string()),
-                    }),
+                Ok(Ok(Some(bytes))) => {
+                    answer_in_turns(&request, &bytes, &BackgroundTurns).await
+                }
+                .or_else(|error| match error {
+                    WireError::OtherBuild => wrong(ErrorKind::Unsupported, &error.to_string()),
+                    _ => wrong(ErrorKind::Unexpected, &error.to_string()),
+                }),
             }
         }))
     }

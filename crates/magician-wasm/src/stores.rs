@@ -10,7 +10,7 @@ use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::Format;
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    JobStore, MAX_PROGRAM_SIZE, LibraryError, ProgramEntry, ProgramName, ProgramStore, Role, Upload,
+    JobStore, LibraryError, MAX_PROGRAM_SIZE, ProgramEntry, ProgramName, ProgramStore, Role, Upload,
 };
 use serde_json::Value;
 use tokio::time::Instant;

@@ -20,7 +20,7 @@ use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
 use crate::paint::tell;
 use crate::progress::attended;
-use crate::saved::{Access, SavedSettings, RecoveredSettings};
+use crate::saved::{Access, RecoveredSettings, SavedSettings};
 
 impl Context {
     /// Runs work with the arm, connecting first if necessary.

@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use clap::{Args, ValueHint};
 use magician::Arm;
-use magician_job::recording::{Format, Options, Recorder, Summary, RecordingProgress};
+use magician_job::recording::{Format, Options, Recorder, RecordingProgress, Summary};
 use magician_record::law::LawReport;
 use serde::Serialize;
 use tokio::time::{MissedTickBehavior, interval, sleep};

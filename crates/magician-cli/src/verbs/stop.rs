@@ -62,7 +62,9 @@ impl Stop {
         // A gentle stop lets the current command finish, which may still switch outputs.
         if !self.gentle {
             match outputs {
-                Some(outputs) => outputs_left_on(&outputs).iter().for_each(|note| context.note(note)),
+                Some(outputs) => outputs_left_on(&outputs)
+                    .iter()
+                    .for_each(|note| context.note(note)),
                 None => context.note(&Diagnostic::of_file(UNREAD)),
             }
         }

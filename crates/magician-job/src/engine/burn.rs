@@ -17,7 +17,11 @@ pub const MIN_REPORTED_OVERLAP: f64 = 0.05;
 /// Resume point of an arm that stands within the last step it reports as finished.
 ///
 /// The arm counts a step that a stop cut short as finished.
-pub(super) fn resume_in_last_step(rest: &RemainingProgram, least: u64, pose: &Pose) -> Option<ResumeChoice> {
+pub(super) fn resume_in_last_step(
+    rest: &RemainingProgram,
+    least: u64,
+    pose: &Pose,
+) -> Option<ResumeChoice> {
     let resume_point = ResumePoint::Again(least.checked_sub(1)?);
     let place = rest.goes_on(resume_point, pose)?;
     let (steps, _) = (place.0, place.1?);

@@ -16,12 +16,12 @@ use magician_protocol::Readable;
 use tokio::time::timeout;
 
 use super::Engine;
-use super::burn::{resume_in_last_step, laser_off_place};
+use super::burn::{laser_off_place, resume_in_last_step};
 use super::inbox::{Inbox, Stopped};
 use super::pause::{PausedState, resume_by_pose};
 use super::tracker::ProgressTracker;
 use crate::error::{Fault, JobError, PauseError, PenLift, StopPosition};
-use crate::event::{JobSummary, JobEvent, JobState, JobWait};
+use crate::event::{JobEvent, JobState, JobSummary, JobWait};
 use crate::saved::SavedSettings;
 
 /// Deadline for the arm to report its state, and to take its settings.
@@ -206,7 +206,9 @@ impl Engine {
         let height = {
             let tracker = self.tracker();
             let ProgressTracker { rest, counter, .. } = &*tracker;
-            let moved = |rest: &RemainingProgram| rest.has_moved(counter, stopped_at.index, &stopped_at.pose);
+            let moved = |rest: &RemainingProgram| {
+                rest.has_moved(counter, stopped_at.index, &stopped_at.pose)
+            };
             // A pen that moved before the first command was not moved by this job.
             let moved = tracker.pulled > 0 && rest.as_ref().is_some_and(moved);
             if !moved {
@@ -294,8 +296,8 @@ impl Engine {
         // If the index counts other commands too, the pose decides, unless a command may have run
         // twice.
         if let (true, false, Some(rest)) = (least < most, uncertain, &tracker.rest)
-            && let Some((resume_point, (steps, within))) = resume_by_pose(rest, (least, most), &stopped_at.pose)
-                .or_else(|| {
+            && let Some((resume_point, (steps, within))) =
+                resume_by_pose(rest, (least, most), &stopped_at.pose).or_else(|| {
                     let burns = self.burns;
                     burns.then(|| resume_in_last_step(rest, least, &stopped_at.pose))?
                 })

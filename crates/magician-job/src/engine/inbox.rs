@@ -54,7 +54,10 @@ enum FirstStop {
 }
 
 impl Inbox {
-    pub(super) fn new(requests: mpsc::UnboundedReceiver<Request>, line_end_notice: EndNotice) -> Self {
+    pub(super) fn new(
+        requests: mpsc::UnboundedReceiver<Request>,
+        line_end_notice: EndNotice,
+    ) -> Self {
         Self {
             requests,
             line_end_notice,

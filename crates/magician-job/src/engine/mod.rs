@@ -6,13 +6,13 @@
 //! between two commands, `early_end` handles an early end. Every long wait also listens to the
 //! inbox, so a stop is never delayed by the step in progress.
 
-mod early_end;
 mod burn;
+mod early_end;
 mod inbox;
-mod start_check;
 mod pace;
 mod pause;
 mod segment;
+mod start_check;
 mod tracker;
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -29,8 +29,8 @@ use self::pace::Pace;
 use self::segment::Segment;
 use self::tracker::ProgressTracker;
 use crate::error::{Fault, JobError, PauseError};
-use crate::event::{JobSummary, FinalState, JobState};
-use crate::handle::{LaserUse, JobHandle, Shared};
+use crate::event::{FinalState, JobState, JobSummary};
+use crate::handle::{JobHandle, LaserUse, Shared};
 use crate::journal::Journal;
 use crate::spec::{JobSpec, Start};
 

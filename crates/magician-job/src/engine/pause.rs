@@ -15,10 +15,10 @@ use magician_program::{PauseCause, RemainingProgram};
 use tokio::time::{Instant, sleep};
 
 use super::inbox::{Inbox, PauseEnd, Stopped};
-use super::start_check::{StartCheck, rest_index};
 use super::segment::Segment;
-use super::{StartTime, Engine};
-use crate::error::{Fault, JobError, ResumePlace, PenLift, ResumeError, StopPosition};
+use super::start_check::{StartCheck, rest_index};
+use super::{Engine, StartTime};
+use crate::error::{Fault, JobError, PenLift, ResumeError, ResumePlace, StopPosition};
 use crate::event::{JobState, PauseReason};
 
 /// Poll interval while the command in progress ends.
@@ -131,14 +131,19 @@ impl Engine {
         loop {
             let reply = match self.wait_paused(inbox, step).await {
                 PauseEnd::Resume(reply) => reply,
-                PauseEnd::Stop => return Err(self.end_after_stop(inbox, Some((stopped_at, lift))).await),
+                PauseEnd::Stop => {
+                    return Err(self.end_after_stop(inbox, Some((stopped_at, lift))).await);
+                }
             };
             match Box::pin(inbox.unless_stopped(self.check_resume(place, None))).await {
-                Err(Stopped) => return Err(self.end_after_stop(inbox, Some((stopped_at, lift))).await),
+                Err(Stopped) => {
+                    return Err(self.end_after_stop(inbox, Some((stopped_at, lift))).await);
+                }
                 Ok(Err(error)) => drop(reply.send(Err(error))),
                 Ok(Ok(found)) => {
                     let _ = reply.send(Ok(()));
-                    let mut segment = Segment::new(found.rest, found.timetable, found.started, false);
+                    let mut segment =
+                        Segment::new(found.rest, found.timetable, found.started, false);
                     segment.stops = self.arm.stops();
                     segment.rest_index = found.rest_index;
                     return Ok(segment);
@@ -206,7 +211,11 @@ impl Engine {
     }
 
     /// Lifts the pen at a step that waits; between parts also parks the tool.
-    async fn lift_at_pause(&self, stopped_at: &StopPosition, reason: PauseReason) -> Result<PenLift, Error> {
+    async fn lift_at_pause(
+        &self,
+        stopped_at: &StopPosition,
+        reason: PauseReason,
+    ) -> Result<PenLift, Error> {
         let (plan, ending) = (self.spec.program.plan(), &self.spec.ending);
         let at = [stopped_at.pose.x, stopped_at.pose.y, stopped_at.pose.z].map(f64::from);
         let started = self.tracker().pulled > 0;
@@ -264,7 +273,10 @@ impl Engine {
         }
         // Counts a command that finished during the Clear.
         let index = arm.queue().current_index().await?.0.max(stopped_at.index);
-        Ok(StopPosition { index, ..stopped_at })
+        Ok(StopPosition {
+            index,
+            ..stopped_at
+        })
     }
 
     /// True if the command after this index may be in progress while the pose stands still.
@@ -281,7 +293,10 @@ impl Engine {
                 Set::HomeCmd(_) | Set::EMotorS(_) | Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_)
             )
         };
-        let handed = tracker.counter.last().is_some_and(|(_, steps)| least < steps);
+        let handed = tracker
+            .counter
+            .last()
+            .is_some_and(|(_, steps)| least < steps);
         least == most && handed && next.is_some_and(hidden)
     }
 
@@ -290,7 +305,10 @@ impl Engine {
         let mut tracker = self.tracker();
         if tracker.pulled == 0 {
             let from = tracker.from();
-            return Some((from, tracker.rest.as_ref().and_then(RemainingProgram::within)));
+            return Some((
+                from,
+                tracker.rest.as_ref().and_then(RemainingProgram::within),
+            ));
         }
         let from = tracker.from();
         let rest = tracker.rest.clone()?;
@@ -299,13 +317,15 @@ impl Engine {
         let found = if least == most {
             // The host splits burning lines into pieces: an unfinished step may be half done while
             // its last piece is complete.
-            let half = self.burns && rest.stands_after(least, &stopped_at.pose, false) != Some(true);
+            let half =
+                self.burns && rest.stands_after(least, &stopped_at.pose, false) != Some(true);
             let half = half.then(|| rest.goes_on(ResumePoint::Again(least), &stopped_at.pose));
             if let Some(place @ (steps, Some(_))) = half.flatten() {
                 Some((ResumePoint::Again(steps), place))
             } else {
-                let resume_point =
-                    resume_point_at(least, |steps| rest.stands_after(steps, &stopped_at.pose, true));
+                let resume_point = resume_point_at(least, |steps| {
+                    rest.stands_after(steps, &stopped_at.pose, true)
+                });
                 rest.goes_on(resume_point, &stopped_at.pose)
                     .map(|place| (resume_point, place))
             }
@@ -322,7 +342,11 @@ impl Engine {
     }
 
     /// Checks if the job can resume now, and what to run then.
-    async fn check_resume(&self, place: &PausePlace, found: Option<StartCheck>) -> Result<StartCheck, ResumeError> {
+    async fn check_resume(
+        &self,
+        place: &PausePlace,
+        found: Option<StartCheck>,
+    ) -> Result<StartCheck, ResumeError> {
         let arm = &self.arm;
         let arm_error = |error: Error| ResumeError::Arm(Arc::new(error));
         let alarms = arm.alarms().await.map_err(arm_error)?;

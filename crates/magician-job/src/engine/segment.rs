@@ -7,9 +7,9 @@ use magician::{Error, ErrorKind, Progress, Ran, RunOptions};
 use magician_program::{RemainingProgram, Timetable};
 use tokio::time::{Instant, timeout};
 
-use super::inbox::{Inbox, Stopped, RunInterruption};
+use super::inbox::{Inbox, RunInterruption, Stopped};
 use super::pace::Paced;
-use super::{StartTime, Engine};
+use super::{Engine, StartTime};
 use crate::event::{JobEvent, JobProgress, JobState};
 
 /// Interval between two progress events.
@@ -188,7 +188,10 @@ impl Engine {
         tracker.note_progress(finished, index, clock, progress.current.0);
         let now = self.progress(finished, segment, progress.silent);
         self.shared.publish_progress(now);
-        if tracker.last_report.is_none_or(|last_report| last_report.elapsed() >= PROGRESS_INTERVAL) {
+        if tracker
+            .last_report
+            .is_none_or(|last_report| last_report.elapsed() >= PROGRESS_INTERVAL)
+        {
             tracker.last_report = Some(Instant::now());
             self.shared.emit(JobEvent::Progress(now));
         }

@@ -15,12 +15,12 @@ use magician_program::turns::Turns;
 use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
-use super::burn::{MIN_REPORTED_OVERLAP, resume_in_last_step, laser_off_place};
+use super::burn::{MIN_REPORTED_OVERLAP, laser_off_place, resume_in_last_step};
 use super::pause::resume_by_pose;
-use super::{StartTime, Engine};
+use super::{Engine, StartTime};
 use crate::background::{BackgroundTurns, run_in_background};
 use crate::error::{Fault, JobError};
-use crate::event::{JobEvent, StartPlace, JobWait};
+use crate::event::{JobEvent, JobWait, StartPlace};
 use crate::journal::JournalKey;
 use crate::saved::{Access, SavedSettings};
 use crate::spec::Start;
@@ -163,7 +163,13 @@ impl Engine {
         self.spec.ending.check(&rest)?;
         {
             let mut tracker = self.tracker();
-            tracker.begin(&rest, within, started.clock, rest_index, self.index_may_skip);
+            tracker.begin(
+                &rest,
+                within,
+                started.clock,
+                rest_index,
+                self.index_may_skip,
+            );
             tracker.lift = self.spec.ending.after_stop(self.spec.program.plan());
         }
         if !is_resume && from > 0 {
@@ -198,7 +204,8 @@ impl Engine {
     ) -> Result<(RemainingProgram, Report, Timetable), JobError> {
         let start = self.arm.preflight_for(&self.spec.program.kinds()).await?;
         let program = self.spec.program.clone();
-        let checked = run_in_background(async move { checked_rest(&program, from, within, start).await });
+        let checked =
+            run_in_background(async move { checked_rest(&program, from, within, start).await });
         Ok(checked.await??)
     }
 

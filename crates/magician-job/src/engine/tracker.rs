@@ -204,7 +204,11 @@ impl ProgressTracker {
     }
 
     /// Records that the job ended early or is paused, and where it resumes.
-    pub(super) fn record_end(&mut self, resume_point: ResumePoint, within: Option<(u64, [f64; 3])>) {
+    pub(super) fn record_end(
+        &mut self,
+        resume_point: ResumePoint,
+        within: Option<(u64, [f64; 3])>,
+    ) {
         self.checkpoint.handed = self.handed();
         self.checkpoint.within = within;
         self.checkpoint = std::mem::take(&mut self.checkpoint).ended(resume_point);

@@ -110,9 +110,9 @@ impl HoldToRun {
 
     /// Handles a press of the control for `direction`.
     pub fn press(&mut self, direction: JogDirection, now: Duration) -> HoldAction {
-        let again = self
-            .last
-            .is_some_and(|(last, at)| last == direction && now.saturating_sub(at) < MAX_REPEAT_DELAY);
+        let again = self.last.is_some_and(|(last, at)| {
+            last == direction && now.saturating_sub(at) < MAX_REPEAT_DELAY
+        });
         self.last = Some((direction, now));
         match &mut self.held {
             Some(held) if held.direction == direction && !held.tap => {

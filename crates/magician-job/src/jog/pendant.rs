@@ -251,7 +251,10 @@ impl Pendant {
         })
     }
 
-    fn apply_hold(&mut self, report: impl FnOnce(&mut HoldToRun) -> HoldAction) -> Option<PendantOrder> {
+    fn apply_hold(
+        &mut self,
+        report: impl FnOnce(&mut HoldToRun) -> HoldAction,
+    ) -> Option<PendantOrder> {
         match report(&mut self.hold) {
             HoldAction::Begin { direction, keep } => Some(PendantOrder::Jog { direction, keep }),
             HoldAction::Keep => Some(PendantOrder::Keep),

@@ -84,7 +84,8 @@ impl PendantSession {
             jog: arm.get::<JogCommonParams>().await?,
             moves: arm.get::<PtpCommonParams>().await?,
         };
-        let rail = none_if_unsupported(arm.get::<DeviceWithL>().await)?.is_some_and(|rail| rail.with_l.is_on());
+        let rail = none_if_unsupported(arm.get::<DeviceWithL>().await)?
+            .is_some_and(|rail| rail.with_l.is_on());
         let tools = ToolState::read(arm).await?;
         let pendant = Pendant::new(ratios.jog.velocity_ratio, tools, rail);
         let session = Self {
@@ -167,7 +168,8 @@ pub fn rail_position(arm: &Arm) -> Polled<f32> {
 /// # Errors
 /// Same as [`Arm::get`], except for an arm that does not know the command.
 pub async fn device_name(arm: &Arm) -> Result<String> {
-    let name = none_if_unsupported(arm.get::<DeviceName>().await)?.map(|name| name.device_name.to_string());
+    let name = none_if_unsupported(arm.get::<DeviceName>().await)?
+        .map(|name| name.device_name.to_string());
     Ok(name.unwrap_or_default())
 }
 
@@ -189,7 +191,9 @@ pub(super) fn none_if_unsupported<T>(answer: Result<T>) -> Result<Option<T>> {
 }
 
 /// Next reading of `polled`; `None` if nothing is polled.
-async fn next_reading<T: Clone + Send + Sync + 'static>(polled: &mut Option<Polled<T>>) -> Option<T> {
+async fn next_reading<T: Clone + Send + Sync + 'static>(
+    polled: &mut Option<Polled<T>>,
+) -> Option<T> {
     match polled {
         Some(polled) => Some(polled.next().await),
         None => None,

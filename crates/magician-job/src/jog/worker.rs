@@ -339,7 +339,11 @@ impl ArmWorker {
         Some(OrderDone { activity, outcome })
     }
 
-    fn begin(&mut self, activity: Activity, future: impl Future<Output = OrderOutcome> + Send + 'static) {
+    fn begin(
+        &mut self,
+        activity: Activity,
+        future: impl Future<Output = OrderOutcome> + Send + 'static,
+    ) {
         let future = Box::pin(future);
         self.moving = Some(RunningOrder { activity, future });
     }
@@ -350,7 +354,8 @@ impl ArmWorker {
         future: impl Future<Output = OrderOutcome> + Send + 'static,
     ) -> Option<OrderDone> {
         let future = Box::pin(future);
-        self.side_orders.push_back(RunningOrder { activity, future });
+        self.side_orders
+            .push_back(RunningOrder { activity, future });
         None
     }
 }

@@ -248,7 +248,8 @@ impl Journal for FileJournal {
         self.key = first.map(|first| (first, key.virtual_arm));
         let _guard = self.lock_folder();
         self.claim = self.key.as_ref().and_then(|(first, number)| {
-            let own = number.and_then(|number| virtual_arm_claims().remove(&(first.clone(), number)));
+            let own =
+                number.and_then(|number| virtual_arm_claims().remove(&(first.clone(), number)));
             own.or_else(|| newest_unclaimed(first))
         });
         let goes_on = |claim: &Claim| claim.path.exists() && !order_of(&claim.path).exists();

@@ -202,7 +202,10 @@ impl Presets {
     /// Names of all presets, shipped ones first.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = SHIPPED_PRESETS.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let mut names: Vec<String> = SHIPPED_PRESETS
+            .iter()
+            .map(|(name, _)| (*name).to_owned())
+            .collect();
         let mut own = self.own_names();
         // A file that hides a shipped preset is listed at the shipped one's place.
         own.retain(|name| !names.contains(name));
@@ -226,7 +229,9 @@ impl Presets {
         check_name(name)?;
         let store = self.store.as_ref();
         let kept = store.map(|store| store.load(name)).transpose();
-        let kept = kept.map_err(|error| self.write_error(name, error))?.flatten();
+        let kept = kept
+            .map_err(|error| self.write_error(name, error))?
+            .flatten();
         let shipped = kept.is_none();
         let Some(text) = kept.or_else(|| shipped_text(name).map(str::to_owned)) else {
             return Err(PresetError::Unknown(name.to_owned(), self.names()));
@@ -423,7 +428,9 @@ fn to_text(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetE
     }
     let said = options.to_fields();
     if said.is_empty() {
-        return Err(PresetError::Inexpressible("there is no option to save".to_owned()));
+        return Err(PresetError::Inexpressible(
+            "there is no option to save".to_owned(),
+        ));
     }
     for (key, value) in &said {
         put(key, value)?;

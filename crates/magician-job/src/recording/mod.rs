@@ -3,10 +3,10 @@
 //! A [`Recorder`] runs as a task. A reading is in the file within a second, even if the program
 //! then dies.
 
-mod reference_tool;
 mod error;
 mod program;
 mod readings;
+mod reference_tool;
 mod sink;
 
 use std::path::{Path, PathBuf};
@@ -24,9 +24,9 @@ use tokio::sync::{oneshot, watch};
 use tokio::task::JoinHandle;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use reference_tool::{ReferenceTool, with_tool};
 pub use error::RecordError;
 use error::unwritable;
+use reference_tool::{ReferenceTool, with_tool};
 pub use sink::Format;
 use sink::{RecordingStart, Sink};
 
@@ -200,7 +200,11 @@ impl Recorder {
             steps: None,
         };
         let task = tokio::spawn(work.run(stopped, summary));
-        Ok(Self { progress, stop, task })
+        Ok(Self {
+            progress,
+            stop,
+            task,
+        })
     }
 
     /// Current progress.
@@ -406,7 +410,13 @@ impl RecordingTask {
         Ok(())
     }
 
-    fn write(&mut self, at: Instant, t: f64, state: &StateReading, tool: Tool) -> Result<(), RecordError> {
+    fn write(
+        &mut self,
+        at: Instant,
+        t: f64,
+        state: &StateReading,
+        tool: Tool,
+    ) -> Result<(), RecordError> {
         let steps = self.steps.as_ref();
         let reading = Reading {
             t,
@@ -442,7 +452,11 @@ impl RecordingTask {
                     reading.pose.z,
                     reading.pose.r,
                 ],
-                speed: if seconds > 0.0 { distance / seconds } else { 0.0 },
+                speed: if seconds > 0.0 {
+                    distance / seconds
+                } else {
+                    0.0
+                },
                 length: progress.length + distance,
             };
         });
@@ -472,6 +486,10 @@ async fn next(samples: &mut Option<Samples>) -> Option<Sample> {
 /// Distance between two poses, mm.
 fn distance(a: &Pose, b: &Pose) -> f64 {
     let difference = |a: f32, b: f32| f64::from(b) - f64::from(a);
-    let [x, y, z] = [difference(a.x, b.x), difference(a.y, b.y), difference(a.z, b.z)];
+    let [x, y, z] = [
+        difference(a.x, b.x),
+        difference(a.y, b.y),
+        difference(a.z, b.z),
+    ];
     (x * x + y * y + z * z).sqrt()
 }

@@ -8,7 +8,7 @@ use magician_program::{CaptureMode, Plan, PoseReading, Recording, Tool};
 use magician_record::Reading;
 
 use super::reference_tool::with_tool;
-use super::sink::{RecordingStart, Format, Sink};
+use super::sink::{Format, RecordingStart, Sink};
 use super::{RecordError, unwritable};
 use crate::files::WholeFile;
 

@@ -10,7 +10,7 @@ use magician_record::csv::Csv;
 use magician_record::jsonl::JsonLines;
 use magician_record::{Reading, WriteReadings, mcap};
 
-use super::sink::{RecordingStart, Format, Sink};
+use super::sink::{Format, RecordingStart, Sink};
 use super::{RecordError, unwritable};
 use crate::files::WholeFile;
 
@@ -28,12 +28,7 @@ impl Readings {
         let mut file = WholeFile::grow(path).map_err(unwritable(path))?;
         let out = BufWriter::new(file.writer());
         let writer: Writer = match format {
-            Format::Csv => Box::new(Csv::new(
-                out,
-                start.began,
-                start.counts_steps,
-                start.units,
-            )?),
+            Format::Csv => Box::new(Csv::new(out, start.began, start.counts_steps, start.units)?),
             Format::Jsonl => Box::new(JsonLines::new(out)),
             _ => {
                 let readings = mcap::Readings::new(out, unix(start.began), start.rate)?;

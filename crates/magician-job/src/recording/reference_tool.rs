@@ -23,7 +23,10 @@ pub(super) struct ReferenceTool {
 
 impl ReferenceTool {
     pub(super) fn new(tool: Tool) -> Self {
-        Self { tool, is_comparable: None }
+        Self {
+            tool,
+            is_comparable: None,
+        }
     }
 
     /// Tool that `pose` refers to. Reads it from the arm if the pose shows a change. `None` if the
@@ -103,7 +106,10 @@ mod tests {
         for (is, wanted) in [(is.x, wanted.x), (is.y, wanted.y), (is.z, wanted.z)] {
             assert!((is - wanted).abs() < 1e-3, "{is} {wanted}");
         }
-        assert!(is_same_bias(bias_of(&was), Tool::Pen.bias()) && is_same_bias(bias_of(&wanted), other.bias()));
+        assert!(
+            is_same_bias(bias_of(&was), Tool::Pen.bias())
+                && is_same_bias(bias_of(&wanted), other.bias())
+        );
         assert!(!is_same_bias(Tool::Pen.bias(), Tool::Suction.bias()));
     }
 

@@ -104,7 +104,10 @@ impl Ledger {
         let page = LedgerFile {
             version: VERSION,
             serial: serial.to_owned(),
-            settings: settings.iter().map(StoredSetting::of).collect::<io::Result<_>>()?,
+            settings: settings
+                .iter()
+                .map(StoredSetting::of)
+                .collect::<io::Result<_>>()?,
         };
         fs::create_dir_all(&self.0)?;
         let mut file = WholeFile::create(&path)?;

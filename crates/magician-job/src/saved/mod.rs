@@ -15,7 +15,7 @@ use magician::{Arm, Result, Set, SettingsBackup};
 use tracing::{info, warn};
 
 #[cfg(feature = "files")]
-use self::ledger::{Entry, Ledger, ClaimedEntries};
+use self::ledger::{ClaimedEntries, Entry, Ledger};
 
 /// Settings that a program has to restore. Clones share them.
 ///

@@ -8,9 +8,9 @@ use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, ResumeP
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::sleep;
 
+use super::fixtures::{bench, ink};
 use super::killed::{KillingJournal, killed};
 use super::lifecycle::MemoryJournal;
-use super::fixtures::{ink, bench};
 
 /// Longest gap allowed in a burn, mm.
 const MAX_GAP: f64 = 0.2;
@@ -187,7 +187,11 @@ const CAUSES: [Cause; 5] = [
 ];
 
 /// Runs a burn and ends it for this cause after a delay.
-async fn end_by(cause: Cause, program: &Program, after: Duration) -> (VirtualArm, Arm, MemoryJournal) {
+async fn end_by(
+    cause: Cause,
+    program: &Program,
+    after: Duration,
+) -> (VirtualArm, Arm, MemoryJournal) {
     let (cell, arm) = bench(program).await;
     let journal = MemoryJournal::default();
     let job = Job::start(&arm, JobSpec::new(program.clone()), journal.clone());
@@ -225,7 +229,11 @@ async fn burn_stopped_at_any_instant_resumes_without_a_gap() {
     for speed in [20.0_f32, 60.0, 100.0] {
         let program = burn(speed);
         let (cell, arm) = bench(&program).await;
-        let job = Job::start(&arm, JobSpec::new(program.clone()), MemoryJournal::default());
+        let job = Job::start(
+            &arm,
+            JobSpec::new(program.clone()),
+            MemoryJournal::default(),
+        );
         let done = job.outcome().await.expect("done");
         let (gap, twice) = burnt(&cell);
         assert!(gap < 0.01 && twice < 0.01, "{speed}: {gap} {twice}");
@@ -253,7 +261,10 @@ async fn burn_stopped_at_any_instant_resumes_without_a_gap() {
                     // at least v / T that is v^2 / 2a = v T / 2.
                     _ => (1.5 * period, said - 1.5 * period - MAX_GAP),
                 };
-                assert!(said <= most + MAX_GAP, "{told}: {said:.2} mm are burnt twice");
+                assert!(
+                    said <= most + MAX_GAP,
+                    "{told}: {said:.2} mm are burnt twice"
+                );
                 assert!(
                     (least..said + MAX_GAP).contains(&twice),
                     "{told}: {twice:.2} mm twice, {said:.2} said"

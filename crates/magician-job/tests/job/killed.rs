@@ -14,7 +14,7 @@ use magician_program::Program;
 use magician_program::resume::{Checkpoint, DoubtReason, RunEnd};
 use tokio::time::sleep;
 
-use super::fixtures::{KINDS, Kind, ink, bench, program};
+use super::fixtures::{KINDS, Kind, bench, ink, program};
 
 /// Arm and journal as a killed process leaves them.
 pub(super) struct Killed {

@@ -7,14 +7,14 @@ use magician::commands::{EndEffectorLaser, Pose};
 use magician::{Alarm, Arm, ErrorKind, Options, VirtualArm};
 use magician_job::{
     Fault, FileJournal, Job, JobError, JobEvent, JobHandle, JobSpec, JobState, Journal,
-    JournalError, JournalKey, ResumePlace, NoJournal, PauseError, PauseReason, PenLift, ResumeError,
-    Start,
+    JournalError, JournalKey, NoJournal, PauseError, PauseReason, PenLift, ResumeError,
+    ResumePlace, Start,
 };
 use magician_program::resume::{Checkpoint, RunEnd};
 use magician_program::{Action, Origin, Plan, Program, Travel};
 use tokio::time::sleep;
 
-use super::fixtures::{Kind, PAPER, ink, bench, program};
+use super::fixtures::{Kind, PAPER, bench, ink, program};
 
 const PERSON: PauseReason = PauseReason::Person;
 
@@ -298,7 +298,10 @@ async fn stop_writes_the_checkpoint_before_lifting_the_pen() {
     assert_eq!(journal.last(), None, "removed");
     let again = Job::start(&arm, spec, journal).outcome().await;
     let again = again.expect_err("nothing is left");
-    assert!(matches!(again.fault, Fault::Journal(JournalError::NotFound)));
+    assert!(matches!(
+        again.fault,
+        Fault::Journal(JournalError::NotFound)
+    ));
 }
 
 #[tokio::test(start_paused = true)]
@@ -320,7 +323,10 @@ async fn second_stop_moves_nothing() {
     let error = job.outcome().await.expect_err("stopped");
     assert!(matches!(error.fault, Fault::Stopped { twice: true }));
     assert!(height(&arm).await < PAPER + 55.0);
-    assert!(matches!(error.resume_place, Some(ResumePlace::Known { .. })));
+    assert!(matches!(
+        error.resume_place,
+        Some(ResumePlace::Known { .. })
+    ));
 }
 
 #[tokio::test(start_paused = true)]

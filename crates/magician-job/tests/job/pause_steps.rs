@@ -12,7 +12,7 @@ use magician_picture::compare::{compare, lines_of};
 use magician_program::{Action, Ending, Origin, Part, Pause, PauseCause, Plan, Program};
 use tokio::time::sleep;
 
-use super::fixtures::{Kind, PAPER, ink, bench, plan};
+use super::fixtures::{Kind, PAPER, bench, ink, plan};
 
 fn pause(cause: PauseCause) -> Action {
     let text = "mount the pen".to_owned();

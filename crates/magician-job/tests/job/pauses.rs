@@ -9,7 +9,7 @@ use magician_picture::compare::{compare, lines_of};
 use magician_program::Program;
 use tokio::time::sleep;
 
-use super::fixtures::{KINDS, Kind, PAPER, ink, bench, program};
+use super::fixtures::{KINDS, Kind, PAPER, bench, ink, program};
 
 /// Longest gap or double stroke allowed, mm.
 const MAX_DEVIATION: f64 = 0.2;

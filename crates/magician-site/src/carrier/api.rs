@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use magician_station::RunningStation;
-use magician_station::http::{Admission, HttpOptions, Listener, KeepAliveSource, Tls, TokenStore};
+use magician_station::http::{Admission, HttpOptions, KeepAliveSource, Listener, Tls, TokenStore};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::sleep;

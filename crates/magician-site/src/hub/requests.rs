@@ -3,7 +3,9 @@
 use magician::ErrorKind;
 use magician_protocol::HostInstant;
 use magician_station::api::{IdKind, Message, MessageId, Method, Params, RpcError};
-use magician_station::{CloseCode, MAX_MESSAGE_SIZE, RateVerdict, MAX_MESSAGES_PER_SECOND, MAX_REQUESTS_IN_FLIGHT};
+use magician_station::{
+    CloseCode, MAX_MESSAGE_SIZE, MAX_MESSAGES_PER_SECOND, MAX_REQUESTS_IN_FLIGHT, RateVerdict,
+};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -145,7 +147,9 @@ impl Hub {
         }
         if is_full {
             let why = format!("{UNDER_WAY} requests are under way on this socket");
-            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_REQUESTS_IN_FLIGHT));
+            return Err(
+                RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_REQUESTS_IN_FLIGHT)
+            );
         }
         call.params = params.into_map();
         match method.name {

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, Weak};
 use magician::admission::Origin;
 use magician_station::api::{Message, Method, RpcError};
 use magician_station::class::is_pin;
-use magician_station::http::{ApiServer, ApiClient};
+use magician_station::http::{ApiClient, ApiServer};
 use magician_station::{
     Client, Grant, JournalSink, NoRecordings, Outgoing, Peer, ProgramStore, RecordingStore, Role,
     RunningStation, StationConfig,

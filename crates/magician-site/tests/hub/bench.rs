@@ -13,7 +13,7 @@ use magician_site::{
     ArmAt, ArmNews, Caller, Channel, Later, Roster, Site, SiteError, SiteEvent, SiteEvents,
     SiteTeller, StationEnd, StationId, carry, channel, watcher,
 };
-use magician_station::http::{ProgramFolder, ApiClient, TokenStore};
+use magician_station::http::{ApiClient, ProgramFolder, TokenStore};
 use magician_station::{
     ArmEntry, CloseCode, Grant, Outgoing, Peer, Role, RunningStation, StationConfig,
 };

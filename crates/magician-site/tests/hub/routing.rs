@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician_station::http::{ApiServer, ApiClient};
+use magician_station::http::{ApiClient, ApiServer};
 use magician_station::{Grant, Peer, Role};
 use serde_json::{Value, json};
 

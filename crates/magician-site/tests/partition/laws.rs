@@ -1,6 +1,6 @@
 //! Laws that must hold after every event.
 
-use magician_station::control::{RECONNECT_GRACE, SessionId, LEASE_TIMEOUT};
+use magician_station::control::{LEASE_TIMEOUT, RECONNECT_GRACE, SessionId};
 
 use crate::world::{ARM, Event, Place, SLOT, World};
 

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ArmId, Control, Effect, RECONNECT_GRACE, LeaseId, PersonId, RequestId, SessionId, Slot, LEASE_TIMEOUT, WorkKind,
+    ArmId, Control, Effect, LEASE_TIMEOUT, LeaseId, PersonId, RECONNECT_GRACE, RequestId,
+    SessionId, Slot, WorkKind,
 };
 
 use crate::bug::Bug;

@@ -1,7 +1,7 @@
 //! Table of the methods of classes: persons and their turns, the schedule, and a teacher's
 //! operations on all arms.
 
-use super::method::{optional_param, method, required_param};
+use super::method::{method, optional_param, required_param};
 use super::{Kind, Method, Param, Role};
 
 use Role::{Student, Teacher, Viewer};

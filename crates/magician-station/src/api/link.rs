@@ -1,7 +1,7 @@
 //! Methods reserved for links: frames that the protocol's table does not know. Other clients do not
 //! get them, because nothing about such a frame can be checked.
 
-use super::method::{optional_param, method, required_param};
+use super::method::{method, optional_param, required_param};
 use super::{Kind, Method, Param, Role};
 use crate::control::WorkKind;
 

@@ -1,7 +1,7 @@
 //! Table of methods. The check of requests, the documentation and the tests are derived from it.
 //! The table stays in one file, however long.
 
-use super::method::{optional_param, method, required_param};
+use super::method::{method, optional_param, required_param};
 use super::types::SHEET_CORNERS;
 use super::{IdKind, Kind, Method, Param, Role};
 use crate::control::WorkKind;

@@ -29,7 +29,7 @@ pub(crate) use error::Danger;
 pub use error::RpcError;
 pub use errors::{ERRORS, ErrorRow};
 pub use events::{ArmEvent, EVENTS, EventRow};
-pub use examples::{Example, NotificationExample, ExampleCall};
+pub use examples::{Example, ExampleCall, NotificationExample};
 pub(crate) use fields::encode;
 pub use ids::{ERROR_IDS, IdKind, IdPlace, each_id};
 pub use message::{BadMessage, Message, MessageId, answer, answer_due, notification};

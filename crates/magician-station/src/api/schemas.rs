@@ -93,7 +93,9 @@ fn option(row: &OptionSpec) -> Value {
         OptionKind::Area => numbers(4, "integer"),
         OptionKind::Switch => json!({"type": "boolean"}),
         OptionKind::List => json!({"type": "array", "items": {"type": "string"}}),
-        OptionKind::Pens => json!({"type": "array", "items": {"$ref": format!("{SCHEMA_PREFIX}PenSetup")}}),
+        OptionKind::Pens => {
+            json!({"type": "array", "items": {"$ref": format!("{SCHEMA_PREFIX}PenSetup")}})
+        }
         // Text, and choices that accept other text as well.
         _ => json!({"type": "string"}),
     };

@@ -160,7 +160,7 @@ features! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{FRAME_SIZE, FRAME_FIELDS};
+    use crate::frame::{FRAME_FIELDS, FRAME_SIZE};
     use crate::station::CloseCode;
 
     #[test]

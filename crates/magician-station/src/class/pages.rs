@@ -35,8 +35,9 @@ fn text_of<'v>(value: &'v Value, name: &str) -> &'v str {
 /// Returns a page with the codes of a class, from the answer of `class.get`.
 #[must_use]
 pub fn codes_page(class: &Value) -> String {
-    let mut page =
-        format!("{HTML_HEAD}<title>Codes</title></head><body>\n<h1>Codes of the class</h1>\n<ul>\n");
+    let mut page = format!(
+        "{HTML_HEAD}<title>Codes</title></head><body>\n<h1>Codes of the class</h1>\n<ul>\n"
+    );
     for pupil in class["pupils"].as_array().into_iter().flatten() {
         let group = pupil["group"]
             .as_str()
@@ -56,8 +57,9 @@ pub fn codes_page(class: &Value) -> String {
 /// Returns a self-contained page with the results of a class, from the answer of `class.results`.
 #[must_use]
 pub fn results_page(results: &Value) -> String {
-    let mut page =
-        format!("{HTML_HEAD}<title>Results</title></head><body>\n<h1>What the class has made</h1>\n");
+    let mut page = format!(
+        "{HTML_HEAD}<title>Results</title></head><body>\n<h1>What the class has made</h1>\n"
+    );
     let items = results["results"].as_array().map_or(&[][..], Vec::as_slice);
     if items.is_empty() {
         page.push_str("<p>Nothing yet: a job of a pupil that is done comes here.</p>\n");

@@ -20,7 +20,7 @@ use tokio_rustls::rustls::ClientConfig;
 use tokio_rustls::rustls::pki_types::ServerName;
 
 use super::request::exchange;
-use super::task::{OPEN_TIMEOUT, NO_ANSWER, refused, upgrade};
+use super::task::{NO_ANSWER, OPEN_TIMEOUT, refused, upgrade};
 use super::trust::{Stream, no_station, refused_certificate};
 use super::{ClientError, RawSocket};
 

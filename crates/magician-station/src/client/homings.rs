@@ -20,7 +20,11 @@ impl StationHomings {
     ///
     /// # Errors
     /// The same as [`StationClient::call`].
-    pub async fn read_from(&self, client: &StationClient, arm: Option<&str>) -> Result<(), ClientError> {
+    pub async fn read_from(
+        &self,
+        client: &StationClient,
+        arm: Option<&str>,
+    ) -> Result<(), ClientError> {
         let asked = arm.map_or_else(|| json!({}), |arm| json!({ "arm": arm }));
         let state = client.call("arm.state", asked).await?;
         // Unknown (null) counts as not homed.

@@ -9,7 +9,7 @@ use hyper_util::rt::TokioIo;
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
-use super::task::{OPEN_TIMEOUT, NO_ANSWER, outcome, refused};
+use super::task::{NO_ANSWER, OPEN_TIMEOUT, outcome, refused};
 use super::trust::{self, Stream, Trust, no_station};
 use super::{ClientError, StationAddress};
 

@@ -6,7 +6,7 @@
 
 use magician_protocol::HostInstant;
 
-use super::{Control, RECONNECT_GRACE, JogId, LeaseId, LEASE_TIMEOUT};
+use super::{Control, JogId, LEASE_TIMEOUT, LeaseId, RECONNECT_GRACE};
 
 /// The instant that stands for the present. One hour leaves room for all ages before it.
 const PRESENT: HostInstant = HostInstant::from_micros(3_600_000_000);
@@ -48,7 +48,8 @@ impl Control {
             };
             presence.heard = PRESENT - age;
             // After GRACE the session is over, however much later it is.
-            presence.left = { presence.left }.map(|left| PRESENT - (now - left).min(RECONNECT_GRACE));
+            presence.left =
+                { presence.left }.map(|left| PRESENT - (now - left).min(RECONNECT_GRACE));
         }
         out
     }

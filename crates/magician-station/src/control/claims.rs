@@ -119,7 +119,10 @@ impl Claims {
     }
 
     /// Returns the requests that ask the holder of an arm.
-    pub(super) fn asking_requests_mut(&mut self, arm: ArmId) -> impl Iterator<Item = &mut LeaseRequest> {
+    pub(super) fn asking_requests_mut(
+        &mut self,
+        arm: ArmId,
+    ) -> impl Iterator<Item = &mut LeaseRequest> {
         let requests = self.0.iter_mut().filter_map(Claim::request_mut);
         requests.filter(move |request| request.arm == arm && request.is_ask)
     }

@@ -141,9 +141,11 @@ impl ClassState {
         let arms = self.arms.iter().flat_map(|arm| {
             let turn = arm.turn.as_ref().and_then(|turn| match turn.state {
                 // While the arm is frozen the clock of the turn stands still.
-                TurnState::Running { ends: Some(ends) } if arm.frozen.is_none() => {
-                    Some(TURN_END_WARNINGS.get(turn.warnings_given).map_or(ends, |before| ends - *before))
-                }
+                TurnState::Running { ends: Some(ends) } if arm.frozen.is_none() => Some(
+                    TURN_END_WARNINGS
+                        .get(turn.warnings_given)
+                        .map_or(ends, |before| ends - *before),
+                ),
                 TurnState::Kept { until, .. } => Some(until),
                 _ => None,
             });

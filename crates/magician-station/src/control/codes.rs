@@ -94,7 +94,11 @@ impl WrongCodes {
         address: &str,
         is_right: impl FnOnce() -> bool,
     ) -> Result<CodeTry, TooManyCodes> {
-        for tries in [&mut self.pupils, &mut self.unknown_names, &mut self.addresses] {
+        for tries in [
+            &mut self.pupils,
+            &mut self.unknown_names,
+            &mut self.addresses,
+        ] {
             tries.forget(now);
         }
         let of_name = if is_pupil {

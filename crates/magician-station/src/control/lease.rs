@@ -124,7 +124,8 @@ impl Control {
         if !self.admits(now, session, arm, request) {
             return;
         }
-        let asks_already = { self.claims.asking_requests_mut(arm) }.any(|ask| ask.session == session);
+        let asks_already =
+            { self.claims.asking_requests_mut(arm) }.any(|ask| ask.session == session);
         self.claims.push_request(LeaseRequest {
             arm,
             session,
@@ -227,7 +228,8 @@ impl Control {
         // Waiting requests come first, then the requests that asked the former holder.
         let next = self.claims.requests(arm).next().copied();
         // Requests that asked are answered now, because the holder that they asked is gone.
-        let ended = |other: &LeaseRequest| other.arm == arm && (other.is_ask || Some(*other) == next);
+        let ended =
+            |other: &LeaseRequest| other.arm == arm && (other.is_ask || Some(*other) == next);
         let asked = self.claims.take(ended);
         self.finish_lease(now, arm, end, next.map(|next| next.session));
         match next {

@@ -36,10 +36,11 @@ use self::class::ClassState;
 pub use self::class::{QueueRefusal, Slot, TURN_END_WARNINGS, Turn, TurnRules, TurnState};
 #[cfg(feature = "class")]
 pub use self::codes::{
-    MAX_TRIES_PER_ADDRESS, CodeLimit, CodeTry, MAX_TRIES_PER_NAME, TooManyCodes, TRY_WINDOW, WrongCodes,
+    CodeLimit, CodeTry, MAX_TRIES_PER_ADDRESS, MAX_TRIES_PER_NAME, TRY_WINDOW, TooManyCodes,
+    WrongCodes,
 };
 use self::lease::LeaseHolder;
-pub use self::lease::{ASK_TIMEOUT, RECONNECT_GRACE, LEASE_TIMEOUT};
+pub use self::lease::{ASK_TIMEOUT, LEASE_TIMEOUT, RECONNECT_GRACE};
 #[cfg(feature = "class")]
 pub use self::policy::{Hindrance, QueuedChange};
 pub use self::work::{Busy, JobPhase, LeaseLossPolicy, WorkKind};
@@ -475,7 +476,11 @@ impl Control {
             self.end_jog_of(arm, JogEnd::NotKept, |jog| jog.ends <= now);
         }
         let gone: Vec<_> = { self.sessions.iter() }
-            .filter(|(_, presence)| presence.left.is_some_and(|left| left + RECONNECT_GRACE <= now))
+            .filter(|(_, presence)| {
+                presence
+                    .left
+                    .is_some_and(|left| left + RECONNECT_GRACE <= now)
+            })
             .map(|(session, _)| *session)
             .collect();
         for session in gone {

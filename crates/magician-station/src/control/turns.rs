@@ -210,7 +210,10 @@ impl Control {
                         self.end_turn(now, arm);
                         continue;
                     }
-                    let due = TURN_END_WARNINGS.iter().filter(|before| ends <= now + **before).count();
+                    let due = TURN_END_WARNINGS
+                        .iter()
+                        .filter(|before| ends <= now + **before)
+                        .count();
                     if due > turn.warnings_given
                         && let Some(turn) = &mut self.class_mut(arm).turn
                     {

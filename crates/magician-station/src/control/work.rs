@@ -156,7 +156,12 @@ impl Control {
     ///
     /// # Errors
     /// The same as [`begin`](Self::begin).
-    pub fn check_work(&self, session: SessionId, arm: ArmId, kind: WorkKind) -> Result<(), Refusal> {
+    pub fn check_work(
+        &self,
+        session: SessionId,
+        arm: ArmId,
+        kind: WorkKind,
+    ) -> Result<(), Refusal> {
         #[cfg(feature = "class")]
         if self.refuses_frozen(session, arm) {
             return Err(Refusal::Frozen);
@@ -342,7 +347,8 @@ impl Control {
             // Facts about the job survive a change of its phase.
             burns: before.is_some_and(|before| before.burns),
             endless: before.is_some_and(|before| before.endless),
-            ended_for_socket: phase.is_under_way() && before.is_some_and(|before| before.ended_for_socket),
+            ended_for_socket: phase.is_under_way()
+                && before.is_some_and(|before| before.ended_for_socket),
         });
         #[cfg(feature = "class")]
         self.advance(now);

@@ -78,7 +78,9 @@ impl Guided {
             // Wait for the change in progress.
             (GuideState::Starting(_) | GuideState::Stopping(_), _) => {}
             (GuideState::Off, true) => self.now = GuideState::Starting(Box::pin(begin(arm, saved))),
-            (GuideState::On(_), false) => self.now = GuideState::Stopping(Box::pin(end(arm, saved))),
+            (GuideState::On(_), false) => {
+                self.now = GuideState::Stopping(Box::pin(end(arm, saved)))
+            }
         }
         false
     }

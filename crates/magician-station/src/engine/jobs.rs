@@ -23,11 +23,11 @@ use tokio::sync::Notify;
 use super::outcome::{end_of, notes_of, over};
 use super::program::{ReadProgram, changed_program_error, read, report_value, with_check_report};
 use super::world;
-use super::{TaskResult, WaitingOrder, EngineTask, switch_unattended_off};
+use super::{EngineTask, TaskResult, WaitingOrder, switch_unattended_off};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
 use crate::job::{self, Reader, Source};
-use crate::order::{ArmAct, ArmReport, JobUpdate, JobStart, Outcome};
+use crate::order::{ArmAct, ArmReport, JobStart, JobUpdate, Outcome};
 use crate::reading;
 use crate::surface::ArmSurface;
 

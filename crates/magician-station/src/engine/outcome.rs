@@ -57,7 +57,9 @@ fn left_on(arm: &Arm) -> Vec<Diagnostic> {
             .remedy(Action::Stop, "stops it")
             .coded(DiagnosticCode::LeftOn)
     });
-    motors.chain(report::outputs_left_on(&arm.outputs())).collect()
+    motors
+        .chain(report::outputs_left_on(&arm.outputs()))
+        .collect()
 }
 
 /// Returns the end of a job from its outcome.
@@ -99,7 +101,8 @@ fn fault_of(error: &JobError, program: &PreparedProgram, digest: &str) -> RpcErr
         Fault::Arm(error) => RpcError::from(&**error),
         Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
         Fault::Refused { report, rest } => {
-            let failed = RpcError::new(RpcError::CHECK_FAILED, message).with_sentence(&error.sentence());
+            let failed =
+                RpcError::new(RpcError::CHECK_FAILED, message).with_sentence(&error.sentence());
             match report_value(&job::check_report(program, rest, report), digest) {
                 Ok(report) => failed.with("report", report),
                 Err(_) => failed,

@@ -16,7 +16,7 @@ use serde_json::Value;
 use serde_json::json;
 
 use super::reads;
-use super::{TaskResult, EngineTask};
+use super::{EngineTask, TaskResult};
 use crate::api::RpcError;
 use crate::control::RequestId;
 #[cfg(feature = "sim")]

@@ -5,7 +5,7 @@
 
 use magician::admission::AdmissionLimits;
 
-use crate::station::{SILENT_SOCKETS, MAX_SOCKETS};
+use crate::station::{MAX_SOCKETS, SILENT_SOCKETS};
 
 /// Descriptors reserved for everything but connections: the runtime, arms, and the files of tokens,
 /// programs, recordings and the journal.
@@ -26,7 +26,10 @@ pub(super) fn limit() -> Option<usize> {
         use rustix::process::{Resource, getrlimit, setrlimit};
         let mut limit = getrlimit(Resource::Nofile);
         let most = limit.maximum.unwrap_or(REQUESTED_DESCRIPTORS);
-        if limit.current.is_some_and(|now| now < most.min(REQUESTED_DESCRIPTORS)) {
+        if limit
+            .current
+            .is_some_and(|now| now < most.min(REQUESTED_DESCRIPTORS))
+        {
             limit.current = Some(most.min(REQUESTED_DESCRIPTORS));
             // May fail: then the places are scaled down.
             let _ = setrlimit(Resource::Nofile, limit);

@@ -14,7 +14,7 @@ use magician_program::Format;
 
 use crate::Role;
 use crate::library::{
-    MAX_PROGRAM_SIZE, LibraryError, LibraryQuotas, LibraryUse, ProgramEntry, ProgramName,
+    LibraryError, LibraryQuotas, LibraryUse, MAX_PROGRAM_SIZE, ProgramEntry, ProgramName,
     ProgramStore, Upload,
 };
 
@@ -189,7 +189,10 @@ impl ProgramStore for ProgramFolder {
     }
 
     fn delete(&self, name: &ProgramName) -> Result<(), LibraryError> {
-        let _alone = self.rename_lock.lock().unwrap_or_else(PoisonError::into_inner);
+        let _alone = self
+            .rename_lock
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         self.metadata_of(name)?;
         fs::remove_file(self.file(name)).map_err(failed)
     }
@@ -300,8 +303,14 @@ mod tests {
         let folder = ProgramFolder::at(place.path().join("new"));
         assert_eq!(folder.list(), Ok(Vec::new()));
         let house = name("house.svg");
-        assert_eq!(store_program(&folder, &house, Role::Student, b"<svg/>"), Ok(true));
-        assert_eq!(store_program(&folder, &house, Role::Student, b"<svg />"), Ok(false));
+        assert_eq!(
+            store_program(&folder, &house, Role::Student, b"<svg/>"),
+            Ok(true)
+        );
+        assert_eq!(
+            store_program(&folder, &house, Role::Student, b"<svg />"),
+            Ok(false)
+        );
         assert_eq!(bytes_of(&folder, &house).unwrap(), b"<svg />");
         // A dropped upload leaves no file, nor does an upload that is too large.
         let mut upload = folder.upload(&house, Role::Student, None).unwrap();

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use magician_job::files::replace_private;
-use magician_job::{FileJournal, Journal, InterruptedRun, dirs, interrupted_runs};
+use magician_job::{FileJournal, InterruptedRun, Journal, dirs, interrupted_runs};
 use serde_json::{Value, json};
 
 use crate::job_store::{JobStore, StoredRun};
@@ -313,7 +313,11 @@ fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
             is_shared: false,
             ..key.clone()
         };
-        let at = |key: &ArmKey| folder.join(JOB_FOLDER).join(format!("{}.json", key.stem("")));
+        let at = |key: &ArmKey| {
+            folder
+                .join(JOB_FOLDER)
+                .join(format!("{}.json", key.stem("")))
+        };
         let (from, to) = (at(&alone), at(key));
         let was_here = read(&from)
             .ok()

@@ -22,9 +22,9 @@ use tokio::task::JoinSet;
 use tower::ServiceExt;
 
 use super::descriptors::{self, within};
+use super::options::HttpOptions;
 use super::pacing::Paced;
 use super::places::{Place, Places};
-use super::options::HttpOptions;
 use super::routes::router;
 use super::security::ConnectionEnds;
 use super::server::ApiServer;
@@ -237,7 +237,10 @@ impl Listener {
     ) {
         let options = Arc::new(options);
         let places = Places::new(within(LIMITS, descriptors::limit()));
-        let follows = tokio::spawn(end_revoked_sessions(options.tokens.clone(), station.clone()));
+        let follows = tokio::spawn(end_revoked_sessions(
+            options.tokens.clone(),
+            station.clone(),
+        ));
         let mut accepting = JoinSet::new();
         for listener in self.listeners {
             let (station, options) = (station.clone(), Arc::clone(&options));

@@ -27,9 +27,10 @@ mod tokens;
 pub use folder::ProgramFolder;
 pub use jobs::{JobFolder, JobStoreError};
 pub use journal::JournalFile;
-pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]
-pub(crate) use listen::{ListenAddress, wait_for_end, next};
+pub(crate) use listen::{ListenAddress, next, wait_for_end};
+pub use listen::{ListenError, Listener};
+pub use options::{HttpOptions, KeepAliveSource, LinkCalls, PairingTries};
 #[cfg(feature = "link")]
 pub(crate) use pacing::{Lane, Paced};
 pub use pages::{PageFile, Pages};
@@ -37,9 +38,8 @@ pub use pages::{PageFile, Pages};
 pub(crate) use places::{Place, Places};
 pub use programs::Uploads;
 pub use recordings::RecordingFolder;
-pub use options::{HttpOptions, KeepAliveSource, LinkCalls, PairingTries};
 pub use route_table::{ROUTES, Route, RouteNeeds};
 pub use security::{Admission, ConnectionEnds};
-pub use server::{ApiServer, ApiClient};
+pub use server::{ApiClient, ApiServer};
 pub use tls::{Tls, TlsError};
-pub use tokens::{CODE_LIFETIME, TokenEntry, TokenError, TokenStore, TOKENS_UNAVAILABLE};
+pub use tokens::{CODE_LIFETIME, TOKENS_UNAVAILABLE, TokenEntry, TokenError, TokenStore};

@@ -15,7 +15,7 @@ use tokio::time::timeout;
 
 use super::routes::text;
 use crate::Role;
-use crate::library::{MAX_PROGRAM_SIZE, LibraryError, ProgramName, ProgramStore, Upload};
+use crate::library::{LibraryError, MAX_PROGRAM_SIZE, ProgramName, ProgramStore, Upload};
 
 /// Path prefix. The name of a program follows.
 const PATH_PREFIX: &str = "/api/v1/programs/";

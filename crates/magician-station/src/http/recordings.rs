@@ -97,8 +97,7 @@ impl RecordingFile for Mcap {
     }
 
     fn note(&mut self, t: f64, warning: bool, text: &str) -> io::Result<()> {
-        self.readings
-            .note((t - self.epoch).max(0.0), warning, text)
+        self.readings.note((t - self.epoch).max(0.0), warning, text)
     }
 
     fn flush(&mut self) -> io::Result<()> {

@@ -17,8 +17,8 @@ use magician::admission::Origin;
 use serde_json::{Value, json};
 use tokio::sync::watch;
 
-use super::pacing::{Lane, URGENT_LENGTH, is_always_obeyed};
 use super::options::{HttpOptions, LinkCalls};
+use super::pacing::{Lane, URGENT_LENGTH, is_always_obeyed};
 use super::places::Place;
 use super::programs;
 use super::route_table::{ROUTES, Route, RouteNeeds};
@@ -150,7 +150,11 @@ fn preflight(allowed: bool) -> Response {
     response
 }
 
-async fn answer<S: ApiServer>(context: &RequestContext<S>, request: Request, admitted: &Admitted) -> Response {
+async fn answer<S: ApiServer>(
+    context: &RequestContext<S>,
+    request: Request,
+    admitted: &Admitted,
+) -> Response {
     let path = request.uri().path();
     let method = match request.method() {
         &Method::HEAD => "GET",
@@ -202,7 +206,11 @@ async fn answer<S: ApiServer>(context: &RequestContext<S>, request: Request, adm
 
 /// Returns the results of the class as a page.
 #[cfg(feature = "class")]
-async fn results<S: ApiServer>(context: &RequestContext<S>, admitted: &Admitted, route: &Route) -> Response {
+async fn results<S: ApiServer>(
+    context: &RequestContext<S>,
+    admitted: &Admitted,
+    route: &Route,
+) -> Response {
     const RESULTS_REQUEST: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.results"}"#;
     let grant = match role_for(context, admitted, route).await {
         Ok(_) => grant_for(context, admitted).await,
@@ -309,7 +317,10 @@ async fn role_for<S: ApiServer>(
 
 /// Returns the rights of a token, or of the teacher's PIN in its place. `None` without either: then
 /// the origin decides.
-async fn grant_for<S: ApiServer>(context: &RequestContext<S>, admitted: &Admitted) -> Result<Option<Grant>, HttpRefusal> {
+async fn grant_for<S: ApiServer>(
+    context: &RequestContext<S>,
+    admitted: &Admitted,
+) -> Result<Option<Grant>, HttpRefusal> {
     let Some(token) = &admitted.token else {
         return Ok(None);
     };
@@ -332,7 +343,10 @@ async fn grant_for<S: ApiServer>(context: &RequestContext<S>, admitted: &Admitte
             StatusCode::UNAUTHORIZED,
             "the token is not good",
         )),
-        Err(_) => Err(HttpRefusal::new(StatusCode::SERVICE_UNAVAILABLE, TOKENS_UNAVAILABLE)),
+        Err(_) => Err(HttpRefusal::new(
+            StatusCode::SERVICE_UNAVAILABLE,
+            TOKENS_UNAVAILABLE,
+        )),
     }
 }
 
@@ -351,7 +365,11 @@ fn needs_token() -> HttpRefusal {
     HttpRefusal::new(StatusCode::UNAUTHORIZED, why)
 }
 
-fn peer<S>(context: &RequestContext<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<Peer, HttpRefusal> {
+fn peer<S>(
+    context: &RequestContext<S>,
+    admitted: &Admitted,
+    grant: Option<Grant>,
+) -> Result<Peer, HttpRefusal> {
     let mut peer = Peer::elsewhere(grant, context.address.clone())
         .map_err(|error| HttpRefusal::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
     if admitted.loopback {
@@ -361,7 +379,11 @@ fn peer<S>(context: &RequestContext<S>, admitted: &Admitted, grant: Option<Grant
     Ok(peer)
 }
 
-async fn upgrade<S: ApiServer>(context: &RequestContext<S>, request: Request, admitted: &Admitted) -> Response {
+async fn upgrade<S: ApiServer>(
+    context: &RequestContext<S>,
+    request: Request,
+    admitted: &Admitted,
+) -> Response {
     let (mut parts, _) = request.into_parts();
     // A person who opens the address in a browser.
     if !parts.headers.contains_key(UPGRADE) {
@@ -407,7 +429,11 @@ async fn upgrade<S: ApiServer>(context: &RequestContext<S>, request: Request, ad
 }
 
 /// Returns the calls of programs for DobotLink.
-async fn link<S: ApiServer>(context: &RequestContext<S>, admitted: &Admitted, route: &Route) -> Response {
+async fn link<S: ApiServer>(
+    context: &RequestContext<S>,
+    admitted: &Admitted,
+    route: &Route,
+) -> Response {
     if let Err(refused) = role_for(context, admitted, route).await {
         return refusal(&refused);
     }
@@ -420,7 +446,11 @@ async fn link<S: ApiServer>(context: &RequestContext<S>, admitted: &Admitted, ro
     }
 }
 
-async fn rpc<S: ApiServer>(context: &RequestContext<S>, request: Request, admitted: &Admitted) -> Response {
+async fn rpc<S: ApiServer>(
+    context: &RequestContext<S>,
+    request: Request,
+    admitted: &Admitted,
+) -> Response {
     if !is_json(request.headers()) {
         let why = "a request is `application/json`";
         return text(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
@@ -448,7 +478,11 @@ async fn rpc<S: ApiServer>(context: &RequestContext<S>, request: Request, admitt
         let why = "the station has as many requests as it takes";
         return self::text(StatusCode::SERVICE_UNAVAILABLE, why);
     }
-    let Some(answer) = context.station.call(peer, admitted.token.clone(), &text).await else {
+    let Some(answer) = context
+        .station
+        .call(peer, admitted.token.clone(), &text)
+        .await
+    else {
         return StatusCode::NO_CONTENT.into_response();
     };
     ([(CONTENT_TYPE, "application/json")], answer).into_response()
@@ -512,7 +546,8 @@ fn is_json(headers: &HeaderMap) -> bool {
 /// Reads the body as text, up to its limit.
 async fn body(request: Request) -> Result<String, HttpRefusal> {
     let bytes = axum::body::to_bytes(request.into_body(), MAX_BODY_SIZE).await;
-    let too_large = |_| HttpRefusal::new(StatusCode::PAYLOAD_TOO_LARGE, "a request is 1 MiB at most");
+    let too_large =
+        |_| HttpRefusal::new(StatusCode::PAYLOAD_TOO_LARGE, "a request is 1 MiB at most");
     let bytes = bytes.map_err(too_large)?;
     let no_text = |_| HttpRefusal::new(StatusCode::BAD_REQUEST, "the body is no UTF-8");
     String::from_utf8(bytes.into()).map_err(no_text)

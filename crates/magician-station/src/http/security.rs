@@ -76,10 +76,16 @@ impl HttpRefusal {
 
 impl Admission {
     /// Admits or refuses a request.
-    pub(crate) fn admit(&self, parts: &Parts, ends: ConnectionEnds) -> Result<Admitted, HttpRefusal> {
+    pub(crate) fn admit(
+        &self,
+        parts: &Parts,
+        ends: ConnectionEnds,
+    ) -> Result<Admitted, HttpRefusal> {
         // An absolute target would make the `Host` header irrelevant.
         if parts.uri.scheme().is_some() || !parts.uri.path().starts_with('/') {
-            return Err(HttpRefusal::forbidden("the target of a request must be a path"));
+            return Err(HttpRefusal::forbidden(
+                "the target of a request must be a path",
+            ));
         }
         let query = parts.uri.query().unwrap_or_default();
         // Addresses end up in logs and histories of browsers.
@@ -120,7 +126,11 @@ impl Admission {
     }
 
     /// Checks the `Origin` header. Returns an origin that is allowed by name.
-    fn origin(&self, headers: &HeaderMap, ends: ConnectionEnds) -> Result<Option<String>, HttpRefusal> {
+    fn origin(
+        &self,
+        headers: &HeaderMap,
+        ends: ConnectionEnds,
+    ) -> Result<Option<String>, HttpRefusal> {
         let origin = match texts(headers, &ORIGIN).as_slice() {
             [] => return Ok(None),
             [Some(origin)] => origin.to_ascii_lowercase(),

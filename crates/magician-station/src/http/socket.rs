@@ -11,10 +11,10 @@ use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::listen::wait_for_end;
-use super::pacing::{Lane, Pacer};
 use super::options::KeepAliveSource;
+use super::pacing::{Lane, Pacer};
 use super::server::ApiClient;
-use super::tokens::{TokenStore, TOKENS_UNAVAILABLE};
+use super::tokens::{TOKENS_UNAVAILABLE, TokenStore};
 use crate::station::{CloseCode, MAX_MESSAGE_SIZE, Outgoing, Station};
 
 /// Interval of pings. A reply keeps the lease alive, and within the lease timeout of 5 s one may be
@@ -47,7 +47,9 @@ pub(super) async fn carry(
             };
             pacer.turn(lane).await;
             match message {
-                Some(Ok(Message::Text(text))) if text.len() > MAX_MESSAGE_SIZE => return Some(too_large()),
+                Some(Ok(Message::Text(text))) if text.len() > MAX_MESSAGE_SIZE => {
+                    return Some(too_large());
+                }
                 Some(Ok(Message::Text(text))) => {
                     if !std::mem::replace(&mut heard, true) {
                         client.note_message();

@@ -17,10 +17,11 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, accept_hdr_async_with_config};
 
-use super::{ProgramInput, LinkService};
+use super::{LinkService, ProgramInput};
 use crate::READ_BUFFER;
 use crate::http::{
-    Admission, ConnectionEnds, Lane, ListenError, Listener, Paced, Place, Places, ListenAddress, next,
+    Admission, ConnectionEnds, Lane, ListenAddress, ListenError, Listener, Paced, Place, Places,
+    next,
 };
 use crate::station::{MAX_MESSAGE_SIZE, MAX_SOCKETS};
 
@@ -93,7 +94,13 @@ impl ImageStub {
 
     /// Accepts connections until `over` becomes true.
     pub async fn serve(self, over: watch::Receiver<bool>) {
-        serve(self.0, ConnectionService::Silent, Admission::default(), over).await;
+        serve(
+            self.0,
+            ConnectionService::Silent,
+            Admission::default(),
+            over,
+        )
+        .await;
     }
 }
 
@@ -127,7 +134,9 @@ impl ConnectionService {
 
 /// Binds an address, which must be loopback.
 async fn bind_loopback(address: Option<&str>, usual: u16) -> Result<Listener, ListenError> {
-    let wanted = address.map(|text| ListenAddress::read(text, usual)).transpose()?;
+    let wanted = address
+        .map(|text| ListenAddress::read(text, usual))
+        .transpose()?;
     match wanted {
         Some(ListenAddress::At(address)) if !address.ip().is_loopback() => {
             Err(ListenError::Beyond(address))
@@ -137,7 +146,12 @@ async fn bind_loopback(address: Option<&str>, usual: u16) -> Result<Listener, Li
     }
 }
 
-async fn serve(listeners: Listener, talk: ConnectionService, admission: Admission, over: watch::Receiver<bool>) {
+async fn serve(
+    listeners: Listener,
+    talk: ConnectionService,
+    admission: Admission,
+    over: watch::Receiver<bool>,
+) {
     let admission = Arc::new(admission);
     let places = Places::new(LIMITS);
     let mut accepting = JoinSet::new();
@@ -203,15 +217,16 @@ async fn open(
         peer,
         tls: false,
     };
-    let admit =
-        |request: &Request<()>, response: Response<()>| match admission.check_request(request, ends) {
-            Ok(()) => Ok(response),
-            Err((status, why)) => {
-                let mut refused = Response::new(Some(why));
-                *refused.status_mut() = status;
-                Err(refused)
-            }
-        };
+    let admit = |request: &Request<()>, response: Response<()>| match admission
+        .check_request(request, ends)
+    {
+        Ok(()) => Ok(response),
+        Err((status, why)) => {
+            let mut refused = Response::new(Some(why));
+            *refused.status_mut() = status;
+            Err(refused)
+        }
+    };
     let stream = Paced::new(stream, place.pacer().clone());
     let config = WebSocketConfig::default()
         .max_message_size(Some(MAX_MESSAGE_SIZE))
@@ -301,7 +316,11 @@ async fn talk(
 
 impl Admission {
     /// Checks a request. `Err` holds status and reason of the refusal.
-    fn check_request(&self, request: &Request<()>, ends: ConnectionEnds) -> Result<(), (StatusCode, String)> {
+    fn check_request(
+        &self,
+        request: &Request<()>,
+        ends: ConnectionEnds,
+    ) -> Result<(), (StatusCode, String)> {
         let (parts, ()) = request.clone().into_parts();
         let admitted =
             { self.admit(&parts, ends) }.map_err(|refused| (refused.status, refused.why))?;

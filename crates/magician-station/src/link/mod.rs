@@ -162,7 +162,10 @@ pub struct LinkProgram {
 impl LinkProgram {
     /// Sends a message. Returns false if the link has disconnected the program.
     pub async fn send(&self, text: impl Into<String>) -> bool {
-        self.input.send(ProgramInput::Text(text.into())).await.is_ok()
+        self.input
+            .send(ProgramInput::Text(text.into()))
+            .await
+            .is_ok()
     }
 
     /// Sends the reply to a ping. Returns false if the link has disconnected the program.

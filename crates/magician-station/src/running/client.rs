@@ -6,9 +6,9 @@ use std::sync::Arc;
 use tokio::sync::Notify;
 
 use super::Shared;
-use crate::station::{Grant, Outgoing, SocketId};
 #[cfg(doc)]
 use crate::station::Station;
+use crate::station::{Grant, Outgoing, SocketId};
 
 /// Client of a station in this process, or of a listener that carries its messages. Dropping it
 /// closes its socket.
@@ -50,7 +50,10 @@ impl Client {
     /// Sets the rights of the token in the client's hello, before the hello is sent
     /// ([`Station::set_token_grant`]).
     pub fn set_token_grant(&self, grant: Option<Grant>) {
-        self.shared.lock().station.set_token_grant(self.socket, grant);
+        self.shared
+            .lock()
+            .station
+            .set_token_grant(self.socket, grant);
     }
 
     /// Records the reply to a ping, which keeps the lease alive. A holder that is silent for 5 s

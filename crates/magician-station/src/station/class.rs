@@ -94,7 +94,8 @@ impl Person {
 impl StationClass {
     /// Reads the class from the flags, or else from the files of an earlier station.
     pub(super) fn load(config: &StationConfig) -> Self {
-        let kept = |name| { config.jobs.load_text(name) }.map_err(|error| ClassError(error.to_string()));
+        let kept =
+            |name| { config.jobs.load_text(name) }.map_err(|error| ClassError(error.to_string()));
         let noted =
             |what: &str, error: &ClassError| tracing::warn!(%error, "the {what} is not used");
         let before = match kept(CLASS_FILE) {
@@ -183,7 +184,11 @@ impl StationClass {
     }
 
     pub(super) fn next(&self) -> Option<HostInstant> {
-        self.pauses_end.values().copied().chain(self.slots_due).min()
+        self.pauses_end
+            .values()
+            .copied()
+            .chain(self.slots_due)
+            .min()
     }
 }
 
@@ -244,7 +249,9 @@ impl Station {
                         continue;
                     }
                     self.control.freeze(now, arm, Some(call.session));
-                    self.class.pauses_end.insert(arm, now + FREEZE_PAUSE_TIMEOUT);
+                    self.class
+                        .pauses_end
+                        .insert(arm, now + FREEZE_PAUSE_TIMEOUT);
                     let error = self.frozen(arm);
                     self.cancel_pending_starts(now, arm, &error);
                 }

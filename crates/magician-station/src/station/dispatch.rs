@@ -69,8 +69,12 @@ impl Station {
             match pace {
                 RateVerdict::Accept => {}
                 RateVerdict::Refuse => {
-                    let why = message!("more than {rate} messages a second", rate = MAX_MESSAGES_PER_SECOND);
-                    let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_MESSAGES_PER_SECOND);
+                    let why = message!(
+                        "more than {rate} messages a second",
+                        rate = MAX_MESSAGES_PER_SECOND
+                    );
+                    let error = RpcError::new(RpcError::TOO_MANY, why)
+                        .with("limit", MAX_MESSAGES_PER_SECOND);
                     let id = match &parsed {
                         Ok(message) => message.id.as_ref(),
                         Err(bad) => bad.id.as_ref(),
@@ -96,7 +100,12 @@ impl Station {
     }
 
     /// Processes the only message of a one-shot socket. Returns true if an answer follows.
-    pub(super) fn handle_single_message(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
+    pub(super) fn handle_single_message(
+        &mut self,
+        now: HostInstant,
+        socket: SocketId,
+        text: &str,
+    ) -> bool {
         let message = match Message::parse(text) {
             Ok(message) => message,
             Err(bad) => {
@@ -247,7 +256,8 @@ impl Station {
                 "{under_way} requests are under way on this socket",
                 under_way = MAX_REQUESTS_IN_FLIGHT
             );
-            let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_REQUESTS_IN_FLIGHT);
+            let error =
+                RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_REQUESTS_IN_FLIGHT);
             return Err(error);
         }
         self.note_message_at_end(now, session, method.name == "arm.stop");

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::{Awaited, Station};
 use crate::api::{ArmEvent, Notice, RpcError};
-use crate::control::{ArmId, Effect, JogEnd, JogId, SessionId, LEASE_TIMEOUT, WorkEnd};
+use crate::control::{ArmId, Effect, JogEnd, JogId, LEASE_TIMEOUT, SessionId, WorkEnd};
 use crate::order::ArmOrder;
 
 impl Station {
@@ -17,8 +17,9 @@ impl Station {
                 arm,
                 lease,
             } => {
-                let asked = { self.pending.get(&request) }
-                    .is_some_and(|pending| matches!(pending.awaits, Awaited::Lease { asked: true }));
+                let asked = { self.pending.get(&request) }.is_some_and(|pending| {
+                    matches!(pending.awaits, Awaited::Lease { asked: true })
+                });
                 let lease = self.lease_id(lease);
                 let ttl = LEASE_TIMEOUT.as_secs();
                 // `lease.ask` answers `granted`, the other methods answer with the lease alone or
@@ -52,7 +53,9 @@ impl Station {
                         let held = held.and_then(|arm| self.holder_sentence(arm, holder));
                         let why = match held {
                             #[cfg(feature = "class")]
-                            _ if admission_refusal.is_some() => admission_refusal.unwrap_or_default(),
+                            _ if admission_refusal.is_some() => {
+                                admission_refusal.unwrap_or_default()
+                            }
                             // Names the holder, whom a person can go and ask.
                             Some(held) => held,
                             None => "the lease was not granted".to_owned(),

@@ -115,7 +115,9 @@ impl Station {
     /// Returns the arms that were stopped under a client that did not stop them in time.
     #[must_use]
     pub fn forced_stops(&self) -> &[ForcedStop] {
-        self.ending.as_ref().map_or(&[], |ending| &ending.forced_stops)
+        self.ending
+            .as_ref()
+            .map_or(&[], |ending| &ending.forced_stops)
     }
 
     /// Notifies a socket that the station ends, if it does.
@@ -142,7 +144,12 @@ impl Station {
     }
 
     /// Records a request or an answer of a session. `stops`: the session has stopped its arm.
-    pub(super) fn note_message_at_end(&mut self, now: HostInstant, session: SessionId, stops: bool) {
+    pub(super) fn note_message_at_end(
+        &mut self,
+        now: HostInstant,
+        session: SessionId,
+        stops: bool,
+    ) {
         if let Some(ending) = &mut self.ending {
             match ending.stopped.get_mut(&session) {
                 Some(heard) => *heard = now,

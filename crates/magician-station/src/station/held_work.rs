@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::dispatch::{Call, Handled};
 use super::records::JobRecord;
 use super::store::JobTotals;
-use super::{Awaited, Station, AwaitedJobState};
+use super::{Awaited, AwaitedJobState, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, JobId, RequestId};
 use crate::order::{ArmOrder, JobEnd};
@@ -100,8 +100,7 @@ impl Station {
 
     fn note_jobs_saved(&mut self, now: HostInstant, arm: ArmId, revision: u64) {
         let work = &mut self.held_work;
-        work
-            .fresh
+        work.fresh
             .retain(|(of, at, _)| *of != arm || *at > revision);
         let starts: Vec<_> = { &mut work.starts }
             .extract_if(.., |start| start.arm == arm && start.revision <= revision)

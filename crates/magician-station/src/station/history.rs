@@ -6,8 +6,8 @@ use serde_json::Value;
 
 use super::Station;
 use super::dispatch::{Call, Handled};
-use super::jobs::is_under_way;
 use super::held_work::WriteFailurePolicy;
+use super::jobs::is_under_way;
 use super::records::{JobOwner, JobRecord};
 use crate::api::{Role, RpcError};
 use crate::control::{ArmId, JobId};
@@ -58,7 +58,8 @@ impl Station {
             given.and_then(Result::ok)
         };
         let (skip, limit) = (number("skip"), number("limit"));
-        let page = { &self.records }.history(arm, skip.unwrap_or(0), limit.unwrap_or(DEFAULT_PAGE_SIZE));
+        let page =
+            { &self.records }.history(arm, skip.unwrap_or(0), limit.unwrap_or(DEFAULT_PAGE_SIZE));
         Ok(Handled::Now(page))
     }
 

@@ -17,7 +17,13 @@ use crate::order::JobUpdate;
 
 impl Station {
     /// Takes a report about a job.
-    pub(super) fn apply_job_update(&mut self, now: HostInstant, arm: ArmId, job: JobId, update: JobUpdate) {
+    pub(super) fn apply_job_update(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        job: JobId,
+        update: JobUpdate,
+    ) {
         let t = self.unix(now);
         let Some(record) = self.records.numbered(job) else {
             return;
@@ -51,7 +57,8 @@ impl Station {
                 record.set_done(progress.step);
                 record.seconds_left = progress.remaining.map(|left| left.as_secs_f64());
                 self.records.note_progress(now, arm);
-                self.notice_rates.changed(Newest::Job(job), PROGRESS_INTERVAL);
+                self.notice_rates
+                    .changed(Newest::Job(job), PROGRESS_INTERVAL);
             }
             JobUpdate::State(state, text) => {
                 let name = match state {
@@ -84,10 +91,18 @@ impl Station {
                         self.answer_resumed_when_saved(now, arm, job);
                     }
                     JobState::Running => {
-                        self.answer_job(now, job, &[AwaitedJobState::Checked, AwaitedJobState::Running]);
+                        self.answer_job(
+                            now,
+                            job,
+                            &[AwaitedJobState::Checked, AwaitedJobState::Running],
+                        );
                     }
                     JobState::Paused { .. } => {
-                        self.answer_job(now, job, &[AwaitedJobState::Checked, AwaitedJobState::Paused]);
+                        self.answer_job(
+                            now,
+                            job,
+                            &[AwaitedJobState::Checked, AwaitedJobState::Paused],
+                        );
                     }
                     _ => {}
                 }

@@ -4,16 +4,16 @@
 //! (`AwaitedJobState`); reports of the arm (`job_updates`) change the record and answer the requests
 //! that wait for it. `job.start` may wait three times: for the library, for the disk, for the check.
 
-use magician::message;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use magician::message;
 use magician_job::PauseReason;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled};
 use super::held_work::WriteFailurePolicy;
-use super::long_requests::LongRequest;
 use super::library::program;
+use super::long_requests::LongRequest;
 use super::records::{JobRecord, digest};
 use super::rights::{Risk, may_endanger};
 use super::{Awaited, Station};
@@ -299,7 +299,11 @@ impl Station {
         let one_shot = self.is_one_shot(call);
         if goes_on {
             let Some(order) = order else {
-                return Err(self.not_steerable_error(call, arm, "the program of the job is not kept"));
+                return Err(self.not_steerable_error(
+                    call,
+                    arm,
+                    "the program of the job is not kept",
+                ));
             };
             let job = JobId(self.next_id());
             if let Some(record) = self.records.named(&id) {

@@ -13,7 +13,7 @@ use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, RequestId};
 use crate::job::setup_and_preset;
-use crate::library::{OverwritePolicy, LibraryAct, ProgramName};
+use crate::library::{LibraryAct, OverwritePolicy, ProgramName};
 use crate::presets::PresetAct;
 
 impl Station {

@@ -81,7 +81,11 @@ impl LongRequests {
 
 impl Station {
     /// Queues a request and starts it when its turn comes.
-    pub(super) fn queue_long_request(&mut self, call: &Call<'_>, what: LongRequest) -> Result<Handled, RpcError> {
+    pub(super) fn queue_long_request(
+        &mut self,
+        call: &Call<'_>,
+        what: LongRequest,
+    ) -> Result<Handled, RpcError> {
         if self.long_requests.waiting.len() >= MAX_WAITING {
             let why = format!("{MAX_WAITING} checks and changes of programs wait already");
             return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_WAITING));

@@ -12,8 +12,8 @@ use serde_json::{Value, json};
 use super::Station;
 use super::class::Person;
 use super::dispatch::{Call, Handled};
-use super::jobs::source;
 use super::held_work::WriteFailurePolicy;
+use super::jobs::source;
 use super::newest::{LIST_INTERVAL, Newest};
 use super::records::{JobOwner, JobRecord};
 use super::rights::{Risk, may_endanger};
@@ -97,7 +97,12 @@ impl Station {
             may_endanger: may_endanger(call, Risk::of_dangerous_job(), Danger::JOB).is_ok(),
             held: None,
         };
-        self.put_in_queue(call.now, JobClaim { job, arm, person }, LAST_POSITION, queued);
+        self.put_in_queue(
+            call.now,
+            JobClaim { job, arm, person },
+            LAST_POSITION,
+            queued,
+        );
         Ok(job)
     }
 
@@ -414,7 +419,9 @@ impl Station {
             .saturating_sub(1);
         let before = self.move_queued(call.now, job, usize::try_from(place).unwrap_or(usize::MAX));
         let shown = self.shown(job);
-        let or = before.map_or(WriteFailurePolicy::Refuse, |before| WriteFailurePolicy::Reorder(job, before));
+        let or = before.map_or(WriteFailurePolicy::Refuse, |before| {
+            WriteFailurePolicy::Reorder(job, before)
+        });
         Ok(self.answer_when_saved(call, [arm], shown, or))
     }
 

@@ -250,7 +250,11 @@ impl Station {
             return None;
         }
         let motion_until = self.arm(arm).recordings.has_recent_motion();
-        Some(if motion_until { ring } else { ring.min(REST_READ_RATE) })
+        Some(if motion_until {
+            ring
+        } else {
+            ring.min(REST_READ_RATE)
+        })
     }
 
     /// Schedules the file of an alarm: what led to it, and what follows.
@@ -299,7 +303,9 @@ impl Station {
         let rate = (samples.len() - 1) as f64 / (last.t - first.t).max(1e-3);
         let rate = rate.round().clamp(1.0, 50.0) as u32;
         let name = place.recordings.name(&place.entry.name, t);
-        let notes = { place.events.after(from) }.filter_map(event_note).collect();
+        let notes = { place.events.after(from) }
+            .filter_map(event_note)
+            .collect();
         let order = RecordOrder::Save {
             request,
             name: name.clone(),

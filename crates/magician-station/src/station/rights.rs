@@ -153,7 +153,13 @@ pub(super) fn may_endanger(
     risk: Risk<'_>,
     danger: Danger,
 ) -> Result<(), RpcError> {
-    confirmed(&call.grant, call.is_confirmed(), Role::Teacher, risk, danger)
+    confirmed(
+        &call.grant,
+        call.is_confirmed(),
+        Role::Teacher,
+        risk,
+        danger,
+    )
 }
 
 /// Requires a role, and then a confirmation by a person.

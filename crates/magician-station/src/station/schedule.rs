@@ -6,7 +6,7 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::Station;
-use super::class::{SLOT_REFRESH_INTERVAL, Person};
+use super::class::{Person, SLOT_REFRESH_INTERVAL};
 use crate::class::{ClassError, Schedule, local_time, offset_of};
 use crate::control::{ArmId, PersonId, Slot};
 

@@ -1,15 +1,13 @@
 //! Signing in to a class: codes of pupils, the PIN of the teacher, and the persons of sessions.
 
-
-
 use magician::admission::Origin;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
+use super::class::Person;
 use super::newest::{LIST_INTERVAL, Newest};
 use super::sessions::RoleSource;
 use super::socket::CloseCode;
-use super::class::Person;
 use super::{Peer, Station};
 use crate::api::{Params, Role, RpcError};
 use crate::control::{CodeLimit, CodeTry, PersonId, SessionId, TooManyCodes};
@@ -135,7 +133,9 @@ impl Station {
         self.class.elsewhere = pin;
         let out: Vec<_> = { self.sessions.iter() }
             // Only these have their role from the class.
-            .filter(|(_, session)| matches!(session.role_source, RoleSource::Place | RoleSource::Pin))
+            .filter(|(_, session)| {
+                matches!(session.role_source, RoleSource::Place | RoleSource::Pin)
+            })
             .map(|(id, session)| (*id, session.socket))
             .collect();
         for (session, socket) in out {

@@ -61,7 +61,10 @@ impl SharedState {
             return made.text.clone();
         }
         let text = if context {
-            let changed = changes(&fields_outside_frames(since), &fields_outside_frames(&self.fields));
+            let changed = changes(
+                &fields_outside_frames(since),
+                &fields_outside_frames(&self.fields),
+            );
             // `t` is always included; alone it is not a change.
             (changed.len() > 1).then(|| text(&changed))
         } else {

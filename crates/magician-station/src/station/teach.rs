@@ -99,7 +99,10 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
             let mut planned = planned.as_object().cloned().unwrap_or_default();
             // The name belongs to the row, which may have several steps.
             planned.remove("name");
-            match TOOL_MEMBERS.iter().find(|name| planned.contains_key(**name)) {
+            match TOOL_MEMBERS
+                .iter()
+                .find(|name| planned.contains_key(**name))
+            {
                 Some(name) => row[*name] = planned[*name].clone(),
                 None => row["motion"] = Value::Object(planned),
             }

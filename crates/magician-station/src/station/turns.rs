@@ -12,7 +12,7 @@ use super::newest::Newest;
 use super::schedule::SlotNow;
 use crate::api::{Notice, Role, RpcError};
 use crate::control::{
-    ArmId, Effect, Hindrance, JobClaim, QueueRefusal, PersonId, SessionId, LEASE_TIMEOUT, TurnState,
+    ArmId, Effect, Hindrance, JobClaim, LEASE_TIMEOUT, PersonId, QueueRefusal, SessionId, TurnState,
 };
 
 impl Station {

@@ -8,8 +8,8 @@ use magician_job::JobState;
 use magician_protocol::HostInstant;
 use magician_station::control::ArmId;
 use magician_station::{
-    ArmEntry, ArmOrder, ArmReport, CloseCode, Grant, JobUpdate, Outcome, Outgoing, Peer, Role,
-    MAX_SOCKETS, SocketId, Station, StationConfig, MAX_VIEWERS,
+    ArmEntry, ArmOrder, ArmReport, CloseCode, Grant, JobUpdate, MAX_SOCKETS, MAX_VIEWERS, Outcome,
+    Outgoing, Peer, Role, SocketId, Station, StationConfig,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -259,7 +259,9 @@ impl Scene {
     fn act(&mut self, action: Action) {
         match action {
             Action::Open(token) => self.come(token),
-            Action::Hello(at, name) => self.tell(at, &hello(&"\u{202e}".repeat(name.min(80)), true)),
+            Action::Hello(at, name) => {
+                self.tell(at, &hello(&"\u{202e}".repeat(name.min(80)), true))
+            }
             Action::Loop(times) => {
                 for _ in 0..times {
                     if let Some(socket) = self.open(Some(Role::Viewer)) {
@@ -386,7 +388,11 @@ fn loop_of_stops_is_obeyed_and_closes_no_listener() {
     scene.come(true);
     scene.tell(0, &hello("v", true));
     for _ in 0..300 {
-        scene.act(Action::Call(0, r#""arm.stop","params":{"arm":"arm2"}"#, 250));
+        scene.act(Action::Call(
+            0,
+            r#""arm.stop","params":{"arm":"arm2"}"#,
+            250,
+        ));
         scene.act(Action::Read(0));
         scene.act(Action::Wait(3));
     }

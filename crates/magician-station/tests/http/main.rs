@@ -1,18 +1,18 @@
 //! Tests of the network interface: routes, admission, tokens, sockets.
 #![cfg(feature = "http")]
 
+mod anonymous_role;
 mod bench;
-mod single_requests;
 mod floods;
 mod hostile;
-mod stored_jobs;
 mod link;
 mod pages;
 mod pairing;
-mod anonymous_role;
 mod programs;
 mod recordings;
 mod remote;
 mod routes;
+mod single_requests;
 mod sockets;
+mod stored_jobs;
 mod tls;

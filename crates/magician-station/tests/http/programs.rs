@@ -3,14 +3,20 @@
 use std::fs;
 
 use magician_station::http::Admission;
-use magician_station::{MAX_PROGRAM_SIZE, LibraryQuotas, Role};
+use magician_station::{LibraryQuotas, MAX_PROGRAM_SIZE, Role};
 use serde_json::json;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
 use crate::bench::{Answer, HttpStation};
 
-async fn request(bench: &HttpStation, method: &str, name: &str, headers: &str, body: &str) -> Answer {
+async fn request(
+    bench: &HttpStation,
+    method: &str,
+    name: &str,
+    headers: &str,
+    body: &str,
+) -> Answer {
     let length = body.len();
     let line = format!("{method} /api/v1/programs/{name} HTTP/1.1\n");
     let head = format!(
@@ -34,7 +40,10 @@ async fn program_is_uploaded_downloaded_and_deleted() {
     let name = "house%202.svg";
     assert_eq!(request(&bench, "GET", name, "", "").await.status, 404);
     assert_eq!(request(&bench, "PUT", name, "", "<svg/>").await.status, 201);
-    assert_eq!(request(&bench, "PUT", name, "", "<svg />").await.status, 200);
+    assert_eq!(
+        request(&bench, "PUT", name, "", "<svg />").await.status,
+        200
+    );
     let given = request(&bench, "GET", name, "", "").await;
     assert_eq!((given.status, given.body.as_str()), (200, "<svg />"));
     assert_eq!(given.header("content-length"), Some("7"));
@@ -78,17 +87,25 @@ async fn library_limits_programs_and_bytes() {
     let refused = anna.call("program.put", put("more")).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
     // Replacing needs no further place, and removing frees one.
-    assert_eq!(request(&bench, "PUT", "last", "", "longer").await.status, 200);
+    assert_eq!(
+        request(&bench, "PUT", "last", "", "longer").await.status,
+        200
+    );
     assert_eq!(request(&bench, "DELETE", "1", "", "").await.status, 204);
     assert_eq!(request(&bench, "PUT", "more", "", "xx").await.status, 201);
     // Sparse files take no disk but count with their length.
     let large = fs::File::create(folder.join("2")).unwrap();
     large.set_len(most.bytes).unwrap();
     assert_eq!(
-        request(&bench, "PUT", "last", "", "much longer").await.status,
+        request(&bench, "PUT", "last", "", "much longer")
+            .await
+            .status,
         413
     );
-    assert_eq!(request(&bench, "PUT", "last", "", "short").await.status, 200);
+    assert_eq!(
+        request(&bench, "PUT", "last", "", "short").await.status,
+        200
+    );
     let refused = anna.call("program.put", put("3")).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
     assert_eq!(files(&bench).len(), most.programs);

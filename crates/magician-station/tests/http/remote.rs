@@ -139,7 +139,10 @@ async fn client_notified_of_the_end_stops_its_run_in_time() {
     let stopped = run.await.unwrap().unwrap_err();
     assert_eq!(stopped.kind(), ErrorKind::Closed);
     over.close().await;
-    assert_eq!(ending.await.unwrap(), magician_station::EndReport::default());
+    assert_eq!(
+        ending.await.unwrap(),
+        magician_station::EndReport::default()
+    );
 }
 
 #[tokio::test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::SinkExt;
-use magician_station::{Role, MAX_SOCKETS};
+use magician_station::{MAX_SOCKETS, Role};
 use serde_json::json;
 use tokio::sync::watch;
 use tokio::task::JoinSet;

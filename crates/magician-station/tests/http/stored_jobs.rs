@@ -292,7 +292,10 @@ fn failed_write_of_a_file_names_it() {
     let folder = place.path().join("station");
     let store = open(&folder, &[(real("arm", "/dev/arm"), "DT1")]).unwrap();
     store.save_text("class.toml", "first").unwrap();
-    assert_eq!(store.load_text("class.toml").unwrap().as_deref(), Some("first"));
+    assert_eq!(
+        store.load_text("class.toml").unwrap().as_deref(),
+        Some("first")
+    );
     // Root ignores permissions, but even root cannot write into a file as if it were a folder.
     fs::remove_dir_all(&folder).unwrap();
     fs::write(&folder, "").unwrap();

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    MAX_TRIES_PER_ADDRESS, CodeLimit, CodeTry, MAX_TRIES_PER_NAME, TooManyCodes, TRY_WINDOW, WrongCodes,
+    CodeLimit, CodeTry, MAX_TRIES_PER_ADDRESS, MAX_TRIES_PER_NAME, TRY_WINDOW, TooManyCodes,
+    WrongCodes,
 };
 
 const NAMES: [(&str, bool); 3] = [("ada", true), ("ben", true), ("nobody", false)];
@@ -161,8 +162,9 @@ fn walk(seed: u64, bug: Option<Bug>) -> Option<&'static str> {
         };
         let of_name = seen.of(now, |guess| guess.1 == name.0);
         let of_address = seen.of(now, |guess| guess.2 == address && guess.3);
-        let left =
-            |counts: &[HostInstant], limit: usize| TRY_WINDOW - (now - counts[counts.len() - limit]);
+        let left = |counts: &[HostInstant], limit: usize| {
+            TRY_WINDOW - (now - counts[counts.len() - limit])
+        };
         let outcome = mutant.attempt(step);
         let law = if of_name.len() >= MAX_TRIES_PER_NAME {
             match outcome {
@@ -185,7 +187,11 @@ fn walk(seed: u64, bug: Option<Bug>) -> Option<&'static str> {
             seen.0.push((now, name.0, address, below));
             match outcome {
                 Ok(CodeTry::Wrong) if below => None,
-                Err(met) if !below => violated_limit(met, MAX_TRIES_PER_ADDRESS, left(&of_address, MAX_TRIES_PER_ADDRESS)),
+                Err(met) if !below => violated_limit(
+                    met,
+                    MAX_TRIES_PER_ADDRESS,
+                    left(&of_address, MAX_TRIES_PER_ADDRESS),
+                ),
                 Ok(CodeTry::Right) => Some("a wrong code is wrong"),
                 _ => Some("an address below its bound is told of a wrong code"),
             }

@@ -1,7 +1,7 @@
 //! Invariants of control, checked after every event.
 
 use magician_protocol::HostInstant;
-use magician_station::control::{ArmId, RECONNECT_GRACE, JobPhase, LeaseLossPolicy, SessionId};
+use magician_station::control::{ArmId, JobPhase, LeaseLossPolicy, RECONNECT_GRACE, SessionId};
 
 use crate::model::{Arm, Event, Model};
 use crate::step::{Checked, must};
@@ -108,7 +108,8 @@ impl Model {
         let silent = match known.left {
             Some(left) => self.now - left >= RECONNECT_GRACE,
             None => {
-                !before.works(holder) && self.now - known.heard >= magician_station::control::LEASE_TIMEOUT
+                !before.works(holder)
+                    && self.now - known.heard >= magician_station::control::LEASE_TIMEOUT
             }
         };
         let due = |until: Option<HostInstant>| until.is_some_and(|until| until <= self.now);

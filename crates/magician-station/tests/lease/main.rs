@@ -4,10 +4,10 @@
 mod class;
 mod codes;
 mod effects;
-mod regressions;
 mod laws;
 mod model;
 mod mutant;
+mod regressions;
 mod search;
 mod step;
 

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ArmId, RECONNECT_GRACE, JobPhase, JogId, LeaseId, LeaseLossPolicy, RequestId, SessionId, LEASE_TIMEOUT, WorkKind,
+    ArmId, JobPhase, JogId, LEASE_TIMEOUT, LeaseId, LeaseLossPolicy, RECONNECT_GRACE, RequestId,
+    SessionId, WorkKind,
 };
 
 use crate::mutant::{Bug, Mutant};
@@ -207,7 +208,10 @@ impl Model {
         // A single request at a time suffices. Requests without the lease are refused.
         if !arm.running.iter().any(|running| running.session == id) {
             out.extend([WorkKind::Motion, WorkKind::Queued].map(|kind| Begin(id, at, kind)));
-            out.extend([LeaseLossPolicy::Pause, LeaseLossPolicy::Continue].map(|lost| StartJob(id, at, lost)));
+            out.extend(
+                [LeaseLossPolicy::Pause, LeaseLossPolicy::Continue]
+                    .map(|lost| StartJob(id, at, lost)),
+            );
         }
         if arm.job.is_some() {
             out.push(PauseJob(id, at));
@@ -238,7 +242,11 @@ impl Explored for Model {
             }
         }
         for (id, arm) in (0..).map(ArmId).zip(&self.arms) {
-            out.extend(arm.running.iter().map(|running| Finish(id, running.request)));
+            out.extend(
+                arm.running
+                    .iter()
+                    .map(|running| Finish(id, running.request)),
+            );
             if arm.job.is_some() {
                 out.push(EndJob(id));
             }
@@ -273,7 +281,11 @@ impl Explored for Model {
         let age = |at: HostInstant, most: Duration| (self.now - at).min(most);
         for (id, session) in (0..).map(SessionId).zip(&self.sessions) {
             let holds = { self.arms.iter() }.any(|arm| arm.lease.is_some_and(|(of, _)| of == id));
-            let word = if holds { age(session.heard, LEASE_TIMEOUT) } else { LEASE_TIMEOUT };
+            let word = if holds {
+                age(session.heard, LEASE_TIMEOUT)
+            } else {
+                LEASE_TIMEOUT
+            };
             let left = session.left.map(|left| age(left, RECONNECT_GRACE));
             (word, left, session.joined).hash(&mut hasher);
         }

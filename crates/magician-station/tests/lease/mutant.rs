@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ArmId, Control, Effect, JobId, JobPhase, JogEnd, JogId, LeaseId, LeaseLossPolicy, Refusal, RequestId,
-    SessionId, WorkKind,
+    ArmId, Control, Effect, JobId, JobPhase, JogEnd, JogId, LeaseId, LeaseLossPolicy, Refusal,
+    RequestId, SessionId, WorkKind,
 };
 
 /// Planted bug.
@@ -236,7 +236,8 @@ impl Mutant {
         on_lost: LeaseLossPolicy,
         phase: Option<JobPhase>,
     ) {
-        self.control.set_job_phase(now, arm, JobId(arm.0), on_lost, phase);
+        self.control
+            .set_job_phase(now, arm, JobId(arm.0), on_lost, phase);
     }
 
     pub(crate) fn handle_timeout(&mut self, now: HostInstant) {

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ASK_TIMEOUT, ArmId, Control, Effect, JobId, JobPhase, LeaseLossPolicy, RequestId, SessionId, LEASE_TIMEOUT, WorkKind,
+    ASK_TIMEOUT, ArmId, Control, Effect, JobId, JobPhase, LEASE_TIMEOUT, LeaseLossPolicy,
+    RequestId, SessionId, WorkKind,
 };
 
 const ANNA: SessionId = SessionId(1);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_protocol::HostInstant;
 use magician_station::control::{ArmId, JobPhase, LeaseLossPolicy, RequestId, SessionId, WorkKind};
 
-use crate::model::{RunningRequest, Event, RunningJog, KEEP, SHORT_PAUSE, Model, Request, WAIT};
+use crate::model::{Event, KEEP, Model, Request, RunningJog, RunningRequest, SHORT_PAUSE, WAIT};
 
 /// Result of a check. The error is the broken invariant.
 pub(crate) type Checked = Result<(), String>;
@@ -167,7 +167,10 @@ impl Model {
                 }
             }
             PauseJob(session, arm) => {
-                let may = self.control.control.check_work(session, arm, WorkKind::SteerJob);
+                let may = self
+                    .control
+                    .control
+                    .check_work(session, arm, WorkKind::SteerJob);
                 if let (Ok(()), Some((on_lost, _))) = (may, self.arm(arm).job) {
                     self.set_job_phase(arm, on_lost, Some(JobPhase::Paused));
                 }
@@ -209,7 +212,9 @@ impl Model {
     /// The lease is given back: motion that began under it continues.
     fn free(&mut self, arm: ArmId) {
         let arm = &mut self.arms[arm.0 as usize];
-        arm.running.iter_mut().for_each(|running| running.free = true);
+        arm.running
+            .iter_mut()
+            .for_each(|running| running.free = true);
         let queue = std::mem::take(&mut arm.queue);
         arm.queue = queue
             .into_iter()
@@ -246,7 +251,12 @@ impl Model {
         Ok(())
     }
 
-    pub(crate) fn set_job_phase(&mut self, arm: ArmId, on_lost: LeaseLossPolicy, phase: Option<JobPhase>) {
+    pub(crate) fn set_job_phase(
+        &mut self,
+        arm: ArmId,
+        on_lost: LeaseLossPolicy,
+        phase: Option<JobPhase>,
+    ) {
         self.arms[arm.0 as usize].job = phase.map(|phase| (on_lost, phase));
         self.control.set_job_phase(self.now, arm, on_lost, phase);
     }

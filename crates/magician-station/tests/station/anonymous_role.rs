@@ -140,8 +140,7 @@ async fn stranger_may_call_every_method_without_a_class() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn class_start_revokes_a_strangers_lease_and_its_end_restores_the_role()
- {
+async fn class_start_revokes_a_strangers_lease_and_its_end_restores_the_role() {
     let bench = LocalStation::new(1).await;
     let mut page = stranger(&bench).await;
     assert_eq!(role(&bench, "page").await, "teacher");

@@ -13,13 +13,13 @@ use magician_job::presets::Presets;
 use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    ArmEntry, Client, CloseCode, FormatReader, FrameRing, Grant, JobStore, JournalLine, StoredRun,
-    NoRecordings, Outgoing, Peer, RecordingStore, Role, RunningStation, StationConfig,
+    ArmEntry, Client, CloseCode, FormatReader, FrameRing, Grant, JobStore, JournalLine,
+    NoRecordings, Outgoing, Peer, RecordingStore, Role, RunningStation, StationConfig, StoredRun,
 };
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout};
 
-use crate::memory_library::{MemoryPresets, Gate, Gated, MemoryLibrary};
+use crate::memory_library::{Gate, Gated, MemoryLibrary, MemoryPresets};
 use crate::schema_check;
 
 /// Longest time for an answer, in virtual time.
@@ -455,7 +455,9 @@ impl Tester {
 
     /// Checks an answer against its schema.
     fn check(&mut self, message: &Value) {
-        let asked = message["id"].as_i64().and_then(|id| self.requests.remove(&id));
+        let asked = message["id"]
+            .as_i64()
+            .and_then(|id| self.requests.remove(&id));
         match (asked, message.get("error")) {
             (Some((method, _)), Some(error)) => schema_check::check_error(&method, error),
             (Some((method, params)), None) => {

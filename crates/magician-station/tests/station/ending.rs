@@ -65,7 +65,11 @@ async fn holder_without_a_stop_in_1_s_is_evicted() {
     let forced_stops = bench.station.end_runs().await.forced_stops;
     assert_eq!(began.elapsed().as_secs(), 1);
     assert_eq!(
-        (forced_stops.len(), &*forced_stops[0].arm, &*forced_stops[0].holder),
+        (
+            forced_stops.len(),
+            &*forced_stops[0].arm,
+            &*forced_stops[0].holder
+        ),
         (1, "arm", "Anna")
     );
     let refused = anna.call("arm.home", json!({})).await.unwrap_err();

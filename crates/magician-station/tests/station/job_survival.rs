@@ -6,7 +6,7 @@ use std::time::Duration;
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::{Storage, LocalStation, Tester};
+use crate::bench::{LocalStation, Storage, Tester};
 use crate::jobs::{drawing, until};
 
 /// Way in which a program ends.

@@ -1,6 +1,7 @@
 //! Tests of a station with engines and virtual arms, in virtual time: time advances only while
 //! everything waits.
 
+mod anonymous_role;
 mod bare;
 mod bench;
 mod class;
@@ -8,36 +9,35 @@ mod day;
 mod ending;
 mod examples;
 mod fence;
+mod history;
+mod job_survival;
 mod jobs;
 mod jogs;
-mod stored_class;
 mod leases;
-mod job_survival;
 mod limits;
 #[cfg(feature = "link")]
 mod link;
 mod lit_laser;
+mod long_requests;
+mod lost_line;
+mod memory_library;
 mod messages;
 mod motors;
 mod moves;
 mod notice_rates;
 mod notifications;
-mod anonymous_role;
+mod output_states;
 mod presets;
 mod programs;
 mod recordings;
 mod rights;
-mod history;
+mod schema_check;
 mod setups;
-mod memory_library;
-mod lost_line;
 mod store;
+mod stored_class;
 mod surface;
 mod teach;
-mod output_states;
 mod tools;
-mod long_requests;
-mod schema_check;
 mod unsaved_class;
 mod watching;
 mod world;

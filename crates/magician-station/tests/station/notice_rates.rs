@@ -156,7 +156,10 @@ fn each_turn_change_is_notified_once() {
         socket
     };
     ask(&mut bare, teacher, "class.set", &json!({"text": CLASS}));
-    let mut counts = vec![("a class is set", received(&mut bare, "turn.changed").0.len())];
+    let mut counts = vec![(
+        "a class is set",
+        received(&mut bare, "turn.changed").0.len(),
+    )];
     let ada = pupil(&mut bare, "Ada", "7K3M");
     let ben = pupil(&mut bare, "Ben", "9QWE");
     let steps = [

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician_station::Role;
-use magician_station::api::{EVENTS, NOTIFICATIONS, NotificationExample, ExampleCall};
+use magician_station::api::{EVENTS, ExampleCall, NOTIFICATIONS, NotificationExample};
 use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician::commands::Pose;
 use magician::{Arm, Set};
-use magician_job::{JobSummary, Fault, JobError, JobHandle};
+use magician_job::{Fault, JobError, JobHandle, JobSummary};
 use magician_picture::RunReading;
 
 use super::display::{Display, DisplayState};

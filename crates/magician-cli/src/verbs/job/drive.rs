@@ -12,8 +12,8 @@ use std::time::{Duration, SystemTime};
 use magician::{Arm, ErrorKind};
 use magician_job::recording::{Clock, Options, Recorder};
 use magician_job::{
-    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, MIN_REPORTED_OVERLAP, PauseReason,
-    ResumeError, SpeedError, Start, StartPlace, StopOrder, report,
+    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, MIN_REPORTED_OVERLAP,
+    PauseReason, ResumeError, SpeedError, Start, StartPlace, StopOrder, report,
 };
 use magician_program::Tool;
 use magician_station::JobOrder;
@@ -436,7 +436,9 @@ impl Drive<'_> {
                     _ => {}
                 },
                 Next::Event(JobEvent::Speed(percent)) => teller.speed(percent),
-                Next::Event(JobEvent::NotStored(cause)) => teller.note(&report::not_stored_note(&cause)),
+                Next::Event(JobEvent::NotStored(cause)) => {
+                    teller.note(&report::not_stored_note(&cause))
+                }
                 Next::Typed(typed) => match run.obeys(typed) {
                     Obeyed::Yes => {}
                     Obeyed::Ignored(line) => teller.object(&Ignored::of(&line)),

@@ -2,7 +2,9 @@
 
 use magician::report::ErrorFigures;
 use magician::{ErrorKind, Given, Setting};
-use magician_job::report::{Bounds, Estimate, PowerRange, FitOptions, format_duration, refused_places};
+use magician_job::report::{
+    Bounds, Estimate, FitOptions, PowerRange, format_duration, refused_places,
+};
 use magician_program::{
     Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit, foreign_coordinates,
 };

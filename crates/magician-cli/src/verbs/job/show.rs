@@ -7,7 +7,7 @@ use magician::preflight::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_job::FinalState;
 use magician_job::files::write_whole;
-use magician_job::report::{CheckReport, Estimate, Note, format_duration, findings};
+use magician_job::report::{CheckReport, Estimate, Note, findings, format_duration};
 use magician_picture::{PictureError, Preview, PreviewOptions, fitting};
 use magician_program::artwork::Sheet;
 use magician_program::{RemainingProgram, Report};

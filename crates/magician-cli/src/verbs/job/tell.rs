@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use magician_job::report::{with_advice, format_duration};
+use magician_job::report::{format_duration, with_advice};
 use magician_job::{JobProgress, PauseReason};
 use magician_program::Diagnostic;
 use magician_protocol::visible_lines;

@@ -4,8 +4,8 @@ use std::pin::Pin;
 
 use magician_job::recording::{RecordError, Recorder};
 use magician_job::{
-    JobEvent, JobEvents, JobHandle, JobOutcome, JobState, PauseError, PauseReason, ResumeError,
-    SpeedError, StopOrder, JobWait,
+    JobEvent, JobEvents, JobHandle, JobOutcome, JobState, JobWait, PauseError, PauseReason,
+    ResumeError, SpeedError, StopOrder,
 };
 use tokio::time::timeout;
 

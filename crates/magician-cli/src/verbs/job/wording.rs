@@ -2,7 +2,8 @@
 
 use magician::{ErrorKind, Given, Setting};
 use magician_job::{
-    Fault, InterruptedJob, JobError, JournalError, ResumePlace, MIN_REPORTED_OVERLAP, PenLift, ResumeError,
+    Fault, InterruptedJob, JobError, JournalError, MIN_REPORTED_OVERLAP, PenLift, ResumeError,
+    ResumePlace,
 };
 use magician_program::resume::{ResumePoint, StepRange};
 use magician_program::{Diagnostic, Origin};
@@ -214,7 +215,9 @@ impl Wording<'_> {
     ) -> String {
         let of = self.of();
         match resume_point {
-            ResumePoint::Again(steps) | ResumePoint::After(steps) if burnt_twice >= MIN_REPORTED_OVERLAP => {
+            ResumePoint::Again(steps) | ResumePoint::After(steps)
+                if burnt_twice >= MIN_REPORTED_OVERLAP =>
+            {
                 format!(
                     "{steps}{of} steps are done; {command} continues in step {}, before where it \
                         stopped, and up to {burnt_twice:.1} mm are burnt twice",

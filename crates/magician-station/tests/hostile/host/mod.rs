@@ -13,8 +13,8 @@ use magician_protocol::HostInstant;
 use magician_station::api::{Message, MessageId};
 use magician_station::control::{ArmId, JogEnd, RequestId};
 use magician_station::{
-    ArmEntry, ArmOrder, ArmRead, ArmReport, Grant, JobEnd, JobUpdate, Outcome, Outgoing, Peer, Role,
-    SocketId, Station, StationConfig,
+    ArmEntry, ArmOrder, ArmRead, ArmReport, Grant, JobEnd, JobUpdate, Outcome, Outgoing, Peer,
+    Role, SocketId, Station, StationConfig,
 };
 use serde_json::{Value, json};
 

@@ -20,7 +20,9 @@ impl Model {
                     _ => false,
                 };
                 let law = match event {
-                    Event::Gone(_) | Event::Back(_) | Event::KeepAlive(_) => "a reload keeps the place",
+                    Event::Gone(_) | Event::Back(_) | Event::KeepAlive(_) => {
+                        "a reload keeps the place"
+                    }
                     _ => "a turn and a place are kept",
                 };
                 must(good, law)?;

@@ -1,6 +1,6 @@
 //! Programs for DobotLink at a station with a virtual arm, in virtual time.
 
+mod access;
 mod every_call;
 mod program;
 mod queue;
-mod access;

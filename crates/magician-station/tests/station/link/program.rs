@@ -91,7 +91,9 @@ impl Program {
     }
 
     pub(crate) async fn received(&mut self) -> Value {
-        let received = timeout(MESSAGE_TIMEOUT, self.link.receive()).await.expect("in time");
+        let received = timeout(MESSAGE_TIMEOUT, self.link.receive())
+            .await
+            .expect("in time");
         serde_json::from_str(&received.expect("not cut off")).unwrap()
     }
 
