@@ -278,8 +278,8 @@ async fn stop_writes_the_checkpoint_before_lifting_the_pen() {
         lift,
         ..
     } = &*error;
-    let (stood, pose) = (stood.expect("it stands"), pose.expect("told"));
-    assert!(f64::from(stood.pose.z) < PAPER + 0.5, "{stood:?}");
+    let (stopped_at, pose) = (stopped_at.expect("it stands"), pose.expect("told"));
+    assert!(f64::from(stopped_at.pose.z) < PAPER + 0.5, "{stopped_at:?}");
     assert!(f64::from(pose.z) > PAPER + 5.0 && matches!(lift, PenLift::Lifted(_)));
     let checkpoint = journal.last().expect("kept");
     assert!(checkpoint.ended.is_some() && checkpoint.ended != Some(RunEnd::Doubt));

@@ -119,21 +119,21 @@ impl Scene {
             read: 0.0,
         };
         scene.student = scene.open(Some(Role::Student)).expect("room");
-        scene.says(&hello("Anna", false));
+        scene.send(&hello("Anna", false));
         for arm in ["arm0", "arm1"] {
             let acquire = json!({"jsonrpc": "2.0", "id": 2, "method": "lease.acquire", "params": {"arm": arm}});
-            scene.says(&acquire.to_string());
+            scene.send(&acquire.to_string());
         }
         let plan =
             json!({"format": "magician-plan", "version": 1, "steps": [{"move": [220, 0, 20, 0]}]});
         let job = json!({"arm": "arm0", "text": plan.to_string()});
         let start = json!({"jsonrpc": "2.0", "id": 3, "method": "job.start", "params": job});
-        scene.says(&start.to_string());
+        scene.send(&start.to_string());
         let subscribe = json!({"jsonrpc": "2.0", "id": 5, "method": "arm.subscribe", "params": {"arm": "arm2"}});
-        scene.says(&subscribe.to_string());
+        scene.send(&subscribe.to_string());
         let jog = json!({"arm": "arm1", "axis": "y+", "keep_ms": 250});
         let start = json!({"jsonrpc": "2.0", "id": 4, "method": "jog.start", "params": jog});
-        scene.says(&start.to_string());
+        scene.send(&start.to_string());
         let jog = scene.answer(4)["result"]["jog"].clone();
         scene.jog = jog.as_str().expect("a jog").to_owned();
         scene
@@ -449,7 +449,7 @@ fn excess_viewers_are_refused_and_students_admitted() {
         (&json!(-32006), &json!(MAX_VIEWERS))
     );
     scene.student = scene.open(Some(Role::Student)).expect("room");
-    scene.says(&hello("Ben", false));
+    scene.send(&hello("Ben", false));
     assert_eq!(scene.answer(1)["result"]["role"], json!("student"));
 }
 

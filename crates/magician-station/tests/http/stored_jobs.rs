@@ -291,12 +291,15 @@ fn failed_write_of_a_file_names_it() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path().join("station");
     let store = open(&folder, &[(real("arm", "/dev/arm"), "DT1")]).unwrap();
-    store.keep("class.toml", "first").unwrap();
-    assert_eq!(store.kept("class.toml").unwrap().as_deref(), Some("first"));
+    store.save_text("class.toml", "first").unwrap();
+    assert_eq!(
+        store.load_text("class.toml").unwrap().as_deref(),
+        Some("first")
+    );
     // Root ignores permissions, but even root cannot write into a file as if it were a folder.
     fs::remove_dir_all(&folder).unwrap();
     fs::write(&folder, "").unwrap();
-    let refused = store.keep("class.toml", "second").unwrap_err();
+    let refused = store.save_text("class.toml", "second").unwrap_err();
     assert!(refused.to_string().contains("class.toml"), "{refused}");
 }
 

@@ -236,7 +236,7 @@ impl Explored for Model {
                 out.push(Return(id));
                 continue;
             }
-            out.extend([Word(id), Leave(id)]);
+            out.extend([KeepAlive(id), Leave(id)]);
             for arm in (0..ARMS).filter(|arm| self.is_next(session, Some(*arm))) {
                 self.events_at(id, ArmId(arm), &mut out);
             }
@@ -265,7 +265,7 @@ impl Explored for Model {
         let due = self.control.control.poll_timeout();
         let soon = due.is_some_and(|due| due <= self.now + SHORT_PAUSE);
         if !soon && self.arms.iter().any(|arm| arm.jog.is_some()) {
-            out.push(Moment);
+            out.push(ShortPause);
         }
         out
     }

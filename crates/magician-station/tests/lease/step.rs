@@ -59,9 +59,9 @@ impl Model {
             | StartJob(session, arm, _)
             | PauseJob(session, arm)
             | Stop(session, arm) => (Some(session), Some(arm)),
-            Word(session) | Leave(session) | Return(session) => (Some(session), None),
+            KeepAlive(session) | Leave(session) | Return(session) => (Some(session), None),
             Answer(arm, ..) => (self.arm(arm).lease.map(|(holder, _)| holder), Some(arm)),
-            Finish(..) | EndJob(_) | Pass | Moment => (None, None),
+            Finish(..) | EndJob(_) | Pass | ShortPause => (None, None),
         };
         self.uses(session, arm);
         if let Some(session) = session
@@ -70,7 +70,7 @@ impl Model {
             self.keep_alive(session);
         }
         match event {
-            Word(_) => {}
+            KeepAlive(_) => {}
             Acquire(session, arm) => {
                 let request = self.request(session, arm, Some(now));
                 self.control
@@ -177,7 +177,7 @@ impl Model {
             }
             EndJob(arm) => self.set_job_phase(arm, LeaseLossPolicy::Pause, None),
             Stop(_, arm) => self.stop(arm)?,
-            Moment => self.now += SHORT_PAUSE,
+            ShortPause => self.now += SHORT_PAUSE,
             Pass => {
                 let due = self.control.control.poll_timeout();
                 must(

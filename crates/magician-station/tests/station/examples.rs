@@ -133,7 +133,7 @@ fn examples_cover_existing_methods_completely() {
 #[tokio::test(start_paused = true)]
 async fn reports_options_and_presets_match_their_schemas() {
     let holds = |value: &Value, name: &str| {
-        let checked = schema_check::check(value, typed::component(name));
+        let checked = schema_check::check(value, schema_check::component(name));
         checked.unwrap_or_else(|why| panic!("{name}: {why} in {value}"));
     };
     let bench = LocalStation::new(1).await;

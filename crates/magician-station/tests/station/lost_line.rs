@@ -77,7 +77,7 @@ fn request_with_a_reading_before_a_lost_line_fails() {
     station.line(true);
     let outcome = Ok(Outcome::State);
     station.report(ArmReport::Done { request, outcome });
-    let answer = station.heard().pop().unwrap();
+    let answer = station.received().pop().unwrap();
     assert_eq!(answer["error"]["data"]["kind"], json!("port"));
 }
 
@@ -86,7 +86,7 @@ fn first_state_follows_the_subscription_answer() {
     let mut station = BareStation::new();
     station.read(1.0, Duration::ZERO);
     station.subscribe("json");
-    let heard = station.heard();
+    let heard = station.received();
     assert!(heard[0].get("result").is_some(), "{heard:?}");
     assert_eq!(heard[1]["params"]["state"]["x"], json!(1.0));
 }
@@ -98,7 +98,7 @@ fn closing_socket_stores_nothing() {
     let Some((_, ArmOrder::Read { request, .. })) = station.station.poll_order() else {
         panic!("it is read");
     };
-    station.heard();
+    station.received();
     station.station.revoke(station.now, "token of Anna");
     let told = std::iter::from_fn(|| station.station.poll_send(station.socket));
     assert!(

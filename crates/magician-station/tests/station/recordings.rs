@@ -93,7 +93,7 @@ impl RecordingFile for Writer {
     }
 
     fn note(&mut self, _: f64, _: bool, text: &str) -> io::Result<()> {
-        self.change(|tape| tape.notes.push(words.to_owned()))
+        self.change(|tape| tape.notes.push(text.to_owned()))
     }
 
     fn flush(&mut self) -> io::Result<()> {

@@ -179,7 +179,7 @@ async fn documented_rights_table_matches_the_station() {
             assert!(special || is_first, "{method} stands there twice");
             for (who, cell) in CALLERS.iter().zip(&row.cells) {
                 let mut lesson = ClassBench::new().await;
-                let mut tester = lesson.client(who).await;
+                let mut tester = lesson.who(who).await;
                 let mut params = Value::Object(lesson.params(row, method));
                 let mut asker = lesson.bench.join_as("asker", Role::Teacher).await;
                 if method == "lease.answer" {
@@ -226,7 +226,7 @@ async fn waiting_job_may_be_changed_by_owner_holder_and_teacher() {
     for who in CALLERS {
         let mut lesson = ClassBench::new().await;
         let waits = json!({"job": lesson.waits});
-        let mut tester = lesson.client(who).await;
+        let mut tester = lesson.who(who).await;
         let outcome = tester.call("job.stop", waits.clone()).await;
         let mut looks = lesson.bench.join_as("looks", Role::Viewer).await;
         let state = looks.ok("job.get", waits).await["state"].clone();

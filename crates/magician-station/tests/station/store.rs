@@ -79,7 +79,7 @@ struct Simulation {
     writes: u32,
     killed: bool,
     /// Jobs that the arm was ordered to start, in order.
-    start: Vec<JobId>,
+    started: Vec<JobId>,
     promises: Vec<Promise>,
 }
 
@@ -107,7 +107,7 @@ impl Simulation {
             fault,
             writes: 0,
             killed: false,
-            start: Vec::new(),
+            started: Vec::new(),
             promises: Vec::new(),
         };
         life.call("session.hello", json!({"client": {"name": "store"}}));
@@ -138,7 +138,7 @@ impl Simulation {
                     .jobs_written(HostInstant::ZERO, arm, revision, outcome);
             } else if let Some((_, order)) = self.station.poll_order() {
                 match order {
-                    ArmOrder::StartJob(start) => self.start.push(start.job),
+                    ArmOrder::StartJob(start) => self.started.push(start.job),
                     ArmOrder::StopJob(job) => self.over(job, "stopped"),
                     _ => {}
                 }
@@ -163,7 +163,7 @@ impl Simulation {
 
     /// Brings the last started job into this state.
     fn goes_on(&mut self, state: &str) {
-        let Some(job) = self.start.last().copied() else {
+        let Some(job) = self.started.last().copied() else {
             return;
         };
         if state == "done" {
@@ -296,7 +296,7 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
     let at = || format!("after {:?} with {fault:?}", DAY[..steps].last());
     // Jobs that the arm was ordered to start, by their public ids.
     let begun: Vec<_> = first
-        .begun
+        .started
         .iter()
         .map(|job| format!("j1-{}", job.0))
         .collect();
@@ -365,7 +365,7 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
         }
     }
     // No job starts by itself.
-    assert_eq!(second.start, [], "{}", at());
+    assert_eq!(second.started, [], "{}", at());
     for (key, job) in &keys {
         if deleted(job) || stopped(job) {
             continue;
@@ -373,7 +373,7 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
         second.start(key);
         assert_eq!(second.job(key).as_ref(), Some(job), "{key} {}", at());
     }
-    assert_eq!(second.start, [], "a known key begins nothing {}", at());
+    assert_eq!(second.started, [], "a known key begins nothing {}", at());
     writes
 }
 
@@ -406,7 +406,7 @@ fn script_covers_every_job_state() {
     }
     let seen: Vec<_> = seen.iter().map(String::as_str).collect();
     assert_eq!(seen, ["checking", "done", "queued", "running", "stopped"]);
-    assert_eq!(life.start.len(), 4, "b began twice");
+    assert_eq!(life.started.len(), 4, "b began twice");
     assert!(
         life.promises
             .iter()
@@ -428,7 +428,7 @@ fn unsaved_start_is_refused_and_moves_nothing() {
             life.start("a");
             life.goes_on("running");
         }
-        let begun = life.start.len();
+        let begun = life.started.len();
         life.fault = Some((life.writes, Fault::Full));
         let text = json!({"format": "magician-plan", "version": 1, "steps": []}).to_string();
         let params = json!({"text": text, "queue": true, "key": "x"});
@@ -436,7 +436,7 @@ fn unsaved_start_is_refused_and_moves_nothing() {
         assert_eq!(refused["data"]["kind"], json!("closed"), "{refused}");
         let message = refused["message"].as_str().unwrap();
         assert!(message.contains("No space left"), "{message}");
-        assert_eq!(life.start.len(), begun, "{method}");
+        assert_eq!(life.started.len(), begun, "{method}");
         let last = life.list().pop().unwrap();
         assert_eq!(last["state"], json!("failed"), "{last}");
         // There is room again.
@@ -455,7 +455,7 @@ fn reused_key_with_another_program_is_refused() {
     assert_eq!(refused["code"], json!(-32602));
     assert_eq!(refused["data"]["param"], json!("key"));
     assert_eq!(refused["data"]["job"], json!(life.job("a").unwrap()));
-    assert_eq!(life.start.len(), 1);
+    assert_eq!(life.started.len(), 1);
     let empty = life.call("job.start", json!({"text": "{}", "key": ""}));
     assert_eq!(empty.unwrap().unwrap_err()["data"]["param"], json!("key"));
 }
@@ -483,7 +483,7 @@ fn removed_queued_job_does_not_affect_the_running_one() {
     life.start("b");
     life.start("c");
     life.stop("b");
-    assert_eq!(life.start.len(), 1, "c waits for a");
+    assert_eq!(life.started.len(), 1, "c waits for a");
     let busy = life.call("arm.home", json!({})).unwrap().unwrap_err();
     assert_eq!(busy["code"], json!(-32003), "{busy}");
     assert_eq!(busy["data"]["job"], json!(life.job("a").unwrap()));

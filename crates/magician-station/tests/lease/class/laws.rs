@@ -175,7 +175,7 @@ impl Model {
         arm == ARMS[0]
             || slots(self.begun).iter().any(|slot| {
                 let from = slot.from.is_none_or(|from| from <= self.now);
-                from && self.now < slot.until && slot.client.contains(&person)
+                from && self.now < slot.until && slot.who.contains(&person)
             })
     }
 

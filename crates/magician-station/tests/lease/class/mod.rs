@@ -170,7 +170,7 @@ impl Explored for Model {
             }
             // The second page matters only for what follows from the end of the first.
             let second = session == PAGES[1].0;
-            out.extend([Word(session), Gone(session)]);
+            out.extend([KeepAlive(session), Gone(session)]);
             for arm in ARMS {
                 let holds = self.arm(arm).lease == Some(session);
                 out.push(Acquire(session, arm));

@@ -32,7 +32,7 @@ impl Model {
         let speaks = match event {
             Acquire(session, _)
             | Release(session, _)
-            | Word(session)
+            | KeepAlive(session)
             | Move(session, _)
             | StartJob(session, _)
             | QueueJob(session, _) => Some(session),
@@ -76,7 +76,7 @@ impl Model {
                     self.control.take(now, arm, request);
                 }
             }
-            Word(_) => {}
+            KeepAlive(_) => {}
             Gone(session) => {
                 self.sockets
                     .insert(session, (false, self.sockets[&session].1));
