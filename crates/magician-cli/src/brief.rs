@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn long_help_contains_the_options_hidden_in_the_short_help() {
         let words = ["magician", "draw", "--help"].map(OsString::from);
-        let help = Cli::read(&words)
+        let help = Cli::parse(&words)
             .map(drop)
             .expect_err("help")
             .render()

@@ -69,7 +69,7 @@ fn follow(arguments: &[OsString]) -> Result<(), Failure> {
     let by_hand = arguments.len() <= 1 && is_started_by_hand();
     let by_hand = by_hand.then(|| ["magician", "studio", "--app"].map(OsString::from));
     let arguments = by_hand.as_ref().map_or(arguments, |words| &words[..]);
-    let cli = match Cli::read(arguments) {
+    let cli = match Cli::parse(arguments) {
         Ok(cli) => cli,
         Err(error) => {
             let done = show_usage(&error, has_json_flag(arguments), &mut output);

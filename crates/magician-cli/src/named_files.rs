@@ -137,7 +137,7 @@ mod tests {
                 None => OsString::from(word),
             };
             let words: Vec<OsString> = line.split(' ').map(at).collect();
-            let cli = Cli::read(&words).unwrap();
+            let cli = Cli::parse(&words).unwrap();
             cli.check_files().map_err(|failure| failure.message)
         };
         for line in [

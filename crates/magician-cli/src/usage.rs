@@ -141,7 +141,7 @@ mod tests {
 
     fn first_line(line: &str) -> String {
         let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
-        let error = Cli::read(&words).map(drop).expect_err("a mistake");
+        let error = Cli::parse(&words).map(drop).expect_err("a mistake");
         Failure::from(&error).to_string()
     }
 
@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn flag_of_other_verbs_names_those_verbs() {
         let words = ["magician", "write", "Anna", "--despeckle", "2"].map(OsString::from);
-        let error = Cli::read(&words).map(drop).expect_err("a mistake");
+        let error = Cli::parse(&words).map(drop).expect_err("a mistake");
         let hints = ErrorContext(&error).hints().join("; ");
         assert!(hints.contains("`magician draw`"), "{hints}");
         assert!(hints.ends_with(" accept it"), "{hints}");

@@ -26,7 +26,9 @@ use connect::{Connected, PreparedVirtualArm, Trace};
 pub(crate) use connect::{Sim, VirtualArmUse};
 pub(crate) use job::JobFailure;
 pub(crate) use policy::{BurnEnd, JobPolicy, SignalPolicy, StopPolicy};
-pub(crate) use stop::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, place, stop};
+pub(crate) use stop::{
+    INTERRUPTED, STATION_ENDED, format_position, kind_of_stop, not_confirmed, stop,
+};
 
 /// Access to the whole command line, for verbs that show it or run lines of it.
 #[derive(Clone, Copy)]

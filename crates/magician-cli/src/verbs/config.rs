@@ -4,7 +4,7 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use crate::columns::Columns;
-use crate::config::{Config, KEYS, Key, Source, arms, near};
+use crate::config::{Config, KEYS, Key, Source, arms, suggestion};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -115,7 +115,7 @@ fn path_of(config: &Config) -> Option<String> {
 
 fn key_named(name: &str) -> Result<&'static Key, Failure> {
     Key::named(name)
-        .ok_or_else(|| Failure::usage(format!("unknown setting `{name}`")).hint(near(name)))
+        .ok_or_else(|| Failure::usage(format!("unknown setting `{name}`")).hint(suggestion(name)))
 }
 
 fn setting(config: &Config, key: &Key) -> Setting {

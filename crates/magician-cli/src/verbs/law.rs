@@ -45,7 +45,7 @@ fn lines(report: &LawReport) -> Vec<String> {
         Some(period) => lines.push(format!("  period {period} ms")),
         None => {}
     }
-    lines.extend(report.speeds.iter().map(told));
+    lines.extend(report.speeds.iter().map(format_group));
     let untold = report.untold.iter();
     lines.extend(untold.map(|what| format!("  not determined, {}: {what}", what.about())));
     lines

@@ -78,11 +78,11 @@ impl Rail {
             Some(Action::Off) => set_enabled(context, false, 2)?,
             Some(Action::To { place, how }) => context.arm(StopPolicy::Move, async |arm, _| {
                 let pose = arm.get::<Pose>().await?;
-                go(arm, build::rail_to(place, &pose), how, quiet, &saved).await
+                move_along(arm, build::rail_to(place, &pose), how, quiet, &saved).await
             })?,
             Some(Action::By { distance, how }) => context
                 .arm(StopPolicy::Move, async |arm, _| {
-                    go(arm, build::rail_by(distance), how, quiet, &saved).await
+                    move_along(arm, build::rail_by(distance), how, quiet, &saved).await
                 })?,
         };
         context.show(&answer, |out| match answer.l {

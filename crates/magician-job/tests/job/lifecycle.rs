@@ -273,7 +273,7 @@ async fn stop_writes_the_checkpoint_before_lifting_the_pen() {
     job.stop();
     let error = job.outcome().await.expect_err("stopped");
     let JobError {
-        stopped_at: stood,
+        stopped_at,
         pose,
         lift,
         ..

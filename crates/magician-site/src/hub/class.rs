@@ -158,7 +158,7 @@ impl Hub {
         let call = Call { now, ..call };
         let purpose = GatherPurpose::Everywhere(codes_kept);
         let addressed = self.addressed(None);
-        self.ask(
+        self.send_round(
             id,
             call,
             purpose,
@@ -216,7 +216,7 @@ impl Hub {
         self.expect_roster(&roster);
         let params = roster.to_value().as_object().cloned().unwrap_or_default();
         let (call, addressed) = (Call { now, ..call }, self.addressed(None));
-        self.ask(
+        self.send_round(
             id,
             call,
             GatherPurpose::Expected(class),

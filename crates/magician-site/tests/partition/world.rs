@@ -20,8 +20,8 @@ pub(crate) const ARM: ArmId = ArmId(0);
 /// Length of a slot. The first user may hold an arm in the first slot, the second one in the next;
 /// the third is a teacher.
 pub(crate) const SLOT: Duration = Duration::from_secs(12);
-/// Silence after which a lease ends.
-const LEASE_TIMEOUT: Duration = Duration::from_secs(6);
+/// Time without events that the search skips: longer than the lease timeout.
+const SILENCE: Duration = Duration::from_secs(6);
 /// Most messages in flight on a connection. A choice that keeps the exhaustive search feasible.
 const IN_FLIGHT: usize = 2;
 
@@ -359,7 +359,7 @@ impl World {
     fn pass(&mut self, at: usize) {
         let place = &mut self.places[at];
         let due = place.control.poll_timeout();
-        place.now = due.unwrap_or(place.now + LEASE_TIMEOUT).max(place.now);
+        place.now = due.unwrap_or(place.now + SILENCE).max(place.now);
         place.told = place.told.max(place.now);
         place.control.handle_timeout(place.told);
         let now = place.now;

@@ -154,7 +154,7 @@ fn outcome(
                 lines.extend(values.into_iter().enumerate().map(|(nth, value)| {
                     let name = if nth == 0 { name.as_str() } else { "" };
                     Line::from(vec![
-                        Span::styled(format!("{name:<NAME$}"), theme.dim()),
+                        Span::styled(format!("{name:<LABEL_WIDTH$}"), theme.dim()),
                         Span::raw(value),
                     ])
                 }));

@@ -45,7 +45,7 @@ impl<'o> Lines<'o> {
             return Ok(());
         }
         let paint = self.out.paint;
-        let name = format!("{:<CHAPTER$}", self.chapter);
+        let name = format!("{:<CHAPTER_WIDTH$}", self.chapter);
         self.out
             .line(format_args!("{}{}", paint.name(name), in_words(self.tally)))?;
         for remark in std::mem::take(&mut self.remarks) {
@@ -128,13 +128,15 @@ impl Printer for Lines<'_> {
         self.end_chapter()?;
         let seconds = took.as_secs_f64();
         self.out.line(format_args!(
-            "{:<CHAPTER$}{} in {seconds:.1} s",
+            "{:<CHAPTER_WIDTH$}{} in {seconds:.1} s",
             "all",
             in_words(tally)
         ))?;
         for (reason, count) in std::mem::take(&mut self.reasons) {
-            self.out
-                .line(format_args!("{:<CHAPTER$}{count} skipped: {reason}", ""))?;
+            self.out.line(format_args!(
+                "{:<CHAPTER_WIDTH$}{count} skipped: {reason}",
+                ""
+            ))?;
         }
         Ok(())
     }

@@ -73,7 +73,7 @@ impl<'o> Lines<'o> {
     /// Returns the offset, or for a capture the link and the time since its first packet.
     fn position(&mut self, place: Place<'_>) -> String {
         let Some((_, link)) = place.origin.link else {
-            return format!("{:<OFFSET$}", place.offset);
+            return format!("{:<OFFSET_WIDTH$}", place.offset);
         };
         let time = place.origin.time.unwrap_or(self.last);
         self.last = time;
@@ -89,7 +89,7 @@ impl<'o> Lines<'o> {
             self.out.width().saturating_sub(OFFSET_WIDTH).min(3 * 32),
         ) {
             let line = self.out.paint.dim(line).to_string();
-            self.out.line(format_args!("{:OFFSET$}{line}", ""))?;
+            self.out.line(format_args!("{:OFFSET_WIDTH$}{line}", ""))?;
         }
         Ok(())
     }
@@ -126,7 +126,7 @@ impl Sink for Lines<'_> {
                         .paint
                         .note(format_args!("note: {note}"))
                         .to_string();
-                    self.out.line(format_args!("{:OFFSET$}{note}", ""))?;
+                    self.out.line(format_args!("{:OFFSET_WIDTH$}{note}", ""))?;
                 }
                 Ok(())
             }

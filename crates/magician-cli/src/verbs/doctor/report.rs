@@ -134,7 +134,7 @@ pub(super) fn write_json(found: &Diagnosis, whole: bool, out: &mut Output) -> Re
 
 fn show(finding: &Finding, out: &mut Output) -> Result<(), Failure> {
     let paint = out.paint;
-    let name = format!("{:<NAME$}", finding.check.replace('_', " "));
+    let name = format!("{:<CHECK_WIDTH$}", finding.check.replace('_', " "));
     let room = out.width().saturating_sub(INDENT);
     let mut lines = wrap(&finding.text, room).into_iter();
     let first = lines.next().unwrap_or_default();

@@ -157,7 +157,7 @@ impl JobRun<'_> {
             .require_homed(self.require_homed)
             .index_may_skip(self.windowed)
             .depends_on_pose(made.prepared.start.is_some())
-            .lasting(self.lasting)
+            .outlives_process(self.lasting)
             .saved(saved.clone())
     }
 
@@ -277,7 +277,7 @@ impl JobRun<'_> {
             }
             Some(Err(error)) => Err(self.wording().failure(&error).into()),
             None => Err(JobFailure::Interrupted {
-                failure: Failure::new(Kind::Interrupted, wording::UNKNOWN),
+                failure: Failure::new(Kind::Interrupted, wording::STOP_UNCONFIRMED),
                 stands: false,
             }),
         }

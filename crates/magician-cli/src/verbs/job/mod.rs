@@ -276,7 +276,8 @@ impl Job {
         // The picture shows the drawn part even if the job failed.
         let mut options = DrawingOptions::default().whole(self.way.whole);
         options.sheet = made.paper();
-        let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing(), &options)));
+        let drawn =
+            picture.map(|picture| arm.with(|arm| picture.write_one(&arm.drawing(), &options)));
         let done = outcome?;
         drawn.transpose()?;
         self.report_end(&done, made, context)

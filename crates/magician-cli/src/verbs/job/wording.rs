@@ -9,7 +9,7 @@ use magician_program::resume::{ResumePoint, StepRange};
 use magician_program::{Diagnostic, Origin};
 
 use super::{PreparedJob, needs_start, report};
-use crate::context::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, place};
+use crate::context::{INTERRUPTED, STATION_ENDED, format_position, kind_of_stop, not_confirmed};
 use crate::failure::{Failure, Kind};
 
 /// Message after a second stop that was not confirmed.
@@ -67,14 +67,14 @@ impl Wording<'_> {
         };
         let (message, stands) = match (&error.pose, &error.unconfirmed) {
             (Some(pose), None) if twice => (
-                format!("interrupted twice: {}; queue empty", place(pose)),
+                format!("interrupted twice: {}; queue empty", format_position(pose)),
                 true,
             ),
             _ if twice => (STOP_UNCONFIRMED.to_owned(), false),
             (Some(pose), None) => {
                 let said =
                     pen_lift_text(&error.lift).map_or_else(String::new, |said| format!("{said}; "));
-                let message = format!("{cause}: {said}{}; queue empty", place(pose));
+                let message = format!("{cause}: {said}{}; queue empty", format_position(pose));
                 (message, true)
             }
             (None, None) if error.stopped_by_line_end && error.resume_place.is_none() => (

@@ -13,7 +13,7 @@ use crate::json::json;
 use crate::paint::{Paint, print_stderr};
 use crate::serving::serving;
 use crate::throttle::{Suppressed, Throttle};
-use crate::verbs::decode::{hex, word};
+use crate::verbs::decode::{direction_word, hex};
 
 /// Smallest width of the column with names.
 const NAME_WIDTH: usize = 8;
@@ -80,7 +80,7 @@ impl Log {
                     json!({"event": "more", "of": last, "count": count, "seconds": seconds}),
                 )
             } else {
-                let line = format!("{last:<WORD$}{count} more in the last {seconds} s");
+                let line = format!("{last:<DIRECTION_WIDTH$}{count} more in the last {seconds} s");
                 self.line("", line);
             }
         }
@@ -194,7 +194,7 @@ impl Log {
         let note = shown.note.as_ref().map(|note| format!("  ({note})"));
         let note = paint.note(note.unwrap_or_default()).to_string();
         let name = paint.name(shown.name()).to_string();
-        let word = format!("{:<WORD$}", shown.word);
+        let word = format!("{:<DIRECTION_WIDTH$}", shown.word);
         let word = if shown.bad {
             paint.error(word).to_string()
         } else {
@@ -213,7 +213,10 @@ impl Log {
                 "ok": false, "passed": passed,
             }));
         }
-        let word = self.paint.error(format!("{:<WORD$}", "noise")).to_string();
+        let word = self
+            .paint
+            .error(format!("{:<DIRECTION_WIDTH$}", "noise"))
+            .to_string();
         let text = bytes.escape_ascii();
         let fate = match (who, passed) {
             ("arm", _) => "",
@@ -362,7 +365,7 @@ impl<'a> ShownFrame<'a> {
         put("time", json!(wall_clock()));
         put("link", json!(who));
         put("event", json!(self.word));
-        put("direction", json!(word(self.direction)));
+        put("direction", json!(direction_word(self.direction)));
         put("hex", json!(hex(frame.bytes())));
         put("ok", json!(self.meaning.is_some()));
         put("id", json!(frame.id()));

@@ -87,7 +87,7 @@ impl FrontFlags {
     /// Binds the addresses. Connections are accepted later.
     pub(crate) async fn bind(&self, tls: Option<Tls>) -> Result<Listener, Failure> {
         let listener = Listener::bind(self.listen.as_deref()).await;
-        let listener = listener.map_err(taken)?;
+        let listener = listener.map_err(bind_failure)?;
         Ok(match tls {
             Some(tls) => listener.encrypted(tls),
             None => listener,

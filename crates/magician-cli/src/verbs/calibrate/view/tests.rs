@@ -14,7 +14,7 @@ fn model(subject: Subject, touches: &[[f64; 4]]) -> Model {
     observed.arm.observe(status());
     let mut touched = Touched::new(subject, Tool::Pen);
     for pose in touches {
-        touched.take(Touch { pose: *pose });
+        touched.add(Touch { pose: *pose });
     }
     Model {
         observed,

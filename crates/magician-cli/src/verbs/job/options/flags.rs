@@ -50,7 +50,7 @@ macro_rules! verbs {
             fn accepts(option: &OptionSpec) -> bool {
                 let takes: fn(&OptionSpec) -> bool = $takes;
                 // The verb itself decides between drawing and engraving.
-                option.name != "work" && accepts(option)
+                option.name != "work" && takes(option)
             }
         }
     )*};

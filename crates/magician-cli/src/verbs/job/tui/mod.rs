@@ -180,7 +180,7 @@ fn press(key: KeyEvent, model: &mut Model) -> Option<ScreenInput> {
         };
     }
     // Space and `s` stop the job even while help is shown.
-    let typed = keys::meaning(&Event::Key(key));
+    let typed = keys::order_of(&Event::Key(key));
     if let Some(shown) = model.help {
         model.help = shown.after(key.code);
         return typed
