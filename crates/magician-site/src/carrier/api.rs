@@ -84,7 +84,7 @@ impl SiteApi {
         self.runtime.spawn(async move {
             // One restart at a time: a list that arrives meanwhile gets a restart after this one.
             let _turn = api.renewing.lock().await;
-            api.end().await;
+            api.stop().await;
             while !api.state().closed {
                 match listen(&format!("0.0.0.0:{}", api.port), &api.identity).await {
                     Ok(listener) => return api.serve(listener),

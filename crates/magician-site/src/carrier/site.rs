@@ -135,7 +135,7 @@ impl ZenohSite {
         let dials = stations.into_iter().filter_map(|station| {
             let dial = self.shared.dial(station).ok()?;
             Some(async move {
-                let shown = timeout(within, dial.is_there()).await;
+                let shown = timeout(within, dial.is_reachable()).await;
                 shown.unwrap_or(false).then_some(station)
             })
         });
