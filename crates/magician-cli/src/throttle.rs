@@ -130,7 +130,7 @@ impl std::fmt::Display for Held {
             1 => f.write_str(last),
             _ => {
                 let more = count - 1;
-                write!(f, "{last}; and {more} similar ones in the last {seconds} s")
+                write!(f, "{last}; and {more} more like it in the last {seconds} s")
             }
         }
     }

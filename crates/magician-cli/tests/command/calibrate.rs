@@ -262,7 +262,7 @@ fn what_cannot_be_is_refused_with_what_to_do() {
         (
             &["calibrate", "sheet", "--points", "1,2", "4,5,6", "1,1,1"],
             2,
-            "3 numbers",
+            "3 comma-separated numbers",
         ),
         (&["calibrate", "surface", "--height", "nan"], 3, ""),
         (

@@ -1357,7 +1357,7 @@ fn real_arm_asks_before_it_draws_beside_its_front() {
         .unwrap_or_default()
         .to_owned();
     assert!(
-        said.contains("does not fit in front of the arm, and is placed at its "),
+        said.contains("does not fit in front of the arm and is placed at its "),
         "{said}"
     );
 }

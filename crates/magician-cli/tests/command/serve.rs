@@ -443,7 +443,7 @@ fn what_cannot_be_served_says_why_and_how_it_exits() {
         (
             vec!["--port", "sim", "serve", "--arm", "a=sim"],
             2,
-            "contradict",
+            "cannot be used with --port",
         ),
         (vec!["serve", "--arm", "A=sim"], 3, "a-z"),
         (
