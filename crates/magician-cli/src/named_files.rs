@@ -158,7 +158,7 @@ mod tests {
             "magician record @x.csv --trace @x.csv",
             "magician teach @x.playback --trace @x.playback",
             "magician station class new @x --html @x",
-            "magician demo --out @x.svg --trace @x.svg",
+            "magician demo --picture @x.svg --trace @x.svg",
             "magician decode @x --trace @x",
         ] {
             assert!(check(line).is_err(), "{line}");

@@ -195,6 +195,8 @@ pub struct AlarmEntry {
     /// Cause.
     pub cause: Option<&'static str>,
     /// Remedy.
+    pub remedy: Option<&'static str>,
+    /// Same as `remedy`, under its former name.
     pub cure: Option<&'static str>,
     /// True if it holds the queue.
     pub holds_queue: bool,
@@ -210,11 +212,13 @@ impl AlarmReport {
         let tool_unknown = arm.front_end().tool_is_unknown(&alarms).await?;
         let entry = |code| {
             let alarm = Alarm::with_code(code);
+            let remedy = alarm.map(|alarm| alarm.remedy);
             AlarmEntry {
                 code,
                 name: alarm.map(|alarm| alarm.name),
                 cause: alarm.map(|alarm| alarm.cause),
-                cure: alarm.map(|alarm| alarm.remedy),
+                remedy,
+                cure: remedy,
                 holds_queue: Alarm::blocks(code),
             }
         };

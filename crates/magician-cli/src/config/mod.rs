@@ -257,8 +257,21 @@ fn section(name: &str) -> Option<&str> {
     name.split_once('.').map(|(section, _)| section)
 }
 
-/// Returns a hint for an unknown name: the most similar setting.
+/// Returns a hint for an unknown name: the settings of that name in a section, or the most similar
+/// one.
 pub(crate) fn near(name: &str) -> String {
+    let in_sections: Vec<String> = KEYS
+        .iter()
+        .filter(|key| {
+            key.name
+                .split_once('.')
+                .is_some_and(|(_, last)| last == name)
+        })
+        .map(|key| format!("`{}`", key.name))
+        .collect();
+    if !in_sections.is_empty() {
+        return format!("did you mean {}?", in_sections.join(" or "));
+    }
     let distance = |key: &&Key| strsim::damerau_levenshtein(key.name, name);
     let nearest = KEYS.iter().min_by_key(distance);
     match nearest.filter(|key| distance(key) <= 3) {

@@ -62,9 +62,9 @@ fn write(list: &AlarmReport, cleared: bool, out: &mut Output) -> Result<(), Fail
             ""
         };
         out.line(format_args!("{}{holds}", paint.name(title)))?;
-        if let (Some(cause), Some(cure)) = (alarm.cause, alarm.cure) {
+        if let (Some(cause), Some(remedy)) = (alarm.cause, alarm.remedy) {
             out.line(format_args!("     cause: {cause}"))?;
-            out.line(format_args!("     remedy: {cure}"))?;
+            out.line(format_args!("     remedy: {remedy}"))?;
         }
     }
     if list.tool_unknown {

@@ -331,7 +331,7 @@ fn an_alarm_is_told_with_cause_and_cure() {
     assert_eq!(run.status, 8, "{run:?}");
     let alarm = &run.objects()[2]["alarms"][0];
     assert_eq!(alarm["code"], 0x11);
-    assert!(alarm["cause"].is_string() && alarm["cure"].is_string());
+    assert!(alarm["cause"].is_string() && alarm["remedy"].is_string());
     assert_eq!(run.error()["kind"], "alarm");
 }
 
@@ -383,7 +383,7 @@ fn the_demonstration_places_six_cubes_and_draws_them() {
     let dir = tempfile::tempdir().expect("directory");
     let picture = dir.path().join("demo.svg");
     let path = picture.to_str().expect("UTF-8");
-    let run = run(&["demo", "--speed", "max", "--out", path, "--json"]);
+    let run = run(&["demo", "--speed", "max", "--picture", path, "--json"]);
     assert_eq!(run.status, 0, "{run:?}");
     let summary = run.object();
     assert_eq!(summary["cubes"], 6);

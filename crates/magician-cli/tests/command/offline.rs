@@ -191,6 +191,19 @@ fn a_reader_that_leaves_is_no_error() {
 }
 
 #[test]
+fn help_finds_topics_by_related_words_and_suggests_only_similar_names() {
+    assert_eq!(run(&["help", "hatch"]).out, run(&["help", "fill"]).out);
+    assert_eq!(run(&["help", "teacher"]).out, run(&["help", "class"]).out);
+    for (word, hint) in [("gcoed", "did you mean gcode?"), ("engrav", "did you mean engrave?")] {
+        let help = run(&["help", word]);
+        assert_eq!(help.status, 2);
+        assert!(help.err.contains(hint), "{word}: {}", help.err);
+    }
+    let unrelated = run(&["help", "foo"]);
+    assert!(!unrelated.err.contains("did you mean"), "{}", unrelated.err);
+}
+
+#[test]
 fn help_has_topics() {
     let all = run(&["help"]);
     assert_eq!(all.status, 0);
@@ -198,6 +211,11 @@ fn help_has_topics() {
         ("units", "counter-clockwise"),
         ("pen", "magician calibrate surface"),
         ("laser", "goggles"),
+        ("text", "--wrap MM"),
+        ("fill", "--fill-spacing MM"),
+        ("pens", "--parts color"),
+        ("gcode", "--place"),
+        ("class", "magician station class"),
         ("resume", "--from STEP"),
         ("exit-status", "uncertain"),
     ] {

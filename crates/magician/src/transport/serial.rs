@@ -182,10 +182,19 @@ fn forbidden(path: &str) -> Error {
         }
         None => forbidden(""),
     };
+    if !is_adapter(path) {
+        return error;
+    }
     error.remedy(
         Act::System(udev().into()),
         "lets every user at this computer use the arm",
     )
+}
+
+/// True for the devices of USB adapters, which the udev rule applies to.
+fn is_adapter(path: &str) -> bool {
+    let name = Path::new(path).file_name().and_then(|name| name.to_str());
+    name.is_some_and(|name| name.starts_with("ttyUSB") || name.starts_with("ttyACM"))
 }
 
 /// Returns the command that installs the udev rule for the arm's adapters.
@@ -332,10 +341,9 @@ mod tests {
     #[test]
     fn a_forbidden_port_says_how_to_be_allowed() {
         let message = format!("{:?}", forbidden("/dev/null"));
-        assert!(
-            message.contains("10c4") && message.contains("udevadm"),
-            "{message}"
-        );
+        assert!(!message.contains("udevadm"), "{message}");
+        assert!(is_adapter("/dev/ttyUSB0") && is_adapter("/dev/ttyACM1"));
+        assert!(!is_adapter("/dev/pts/3") && udev().contains("10c4"));
         #[cfg(unix)]
         assert!(!message.contains("usermod -aG root"), "{message}");
     }

@@ -41,8 +41,8 @@ pub(crate) struct Demo {
     #[arg(long, value_name = "X|max", value_parser = speed)]
     speed: Option<SimSpeed>,
     /// Picture to write
-    #[arg(long, value_name = "FILE", default_value = "demo.svg")]
-    out: PathBuf,
+    #[arg(long, alias = "out", value_name = "FILE", default_value = "demo.svg")]
+    picture: PathBuf,
 }
 
 fn speed(text: &str) -> Result<SimSpeed, String> {
@@ -88,7 +88,7 @@ impl Demo {
             let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
             context.put_up_in_arm_time(arm);
         }
-        let place = PictureFile::open(&self.out)?;
+        let place = PictureFile::open(&self.picture)?;
         let quiet = context.global.json;
         let saved = context.saved.clone();
         let (summary, drawing) = context.arm_or(sim, StopPolicy::Move, async |arm, out| {
@@ -136,7 +136,7 @@ impl Demo {
             poses: recorder.count(),
             arm_seconds: arm_seconds(begun.0, arm.get::<DeviceTime>().await?.g_systick),
             seconds: begun.1.elapsed().as_secs_f64(),
-            picture: self.out.display().to_string(),
+            picture: self.picture.display().to_string(),
         };
         program::confirm(arm, &ran, commands.len()).await?;
         let drawing = picture::draw(

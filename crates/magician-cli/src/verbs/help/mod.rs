@@ -32,7 +32,7 @@ impl Help {
             let _ = write!(help, "{}", listed());
             return context.show_styled(&help);
         };
-        let topic = TOPICS.iter().find(|topic| topic.name == first);
+        let topic = TOPICS.iter().find(|topic| topic.is(first));
         let verb = description.find_subcommand_mut(first);
         match (verb, second, topic) {
             (Some(_), Some(command), _) => catalogue::explain(command, context),
@@ -49,17 +49,25 @@ impl Help {
             }
             (None, _, _) => catalogue::explain(first, context).map_err(|failure| {
                 let verbs = description.get_subcommands().map(clap::Command::get_name);
-                match verbs
-                    .into_iter()
-                    .find(|verb| strsim::damerau_levenshtein(verb, first) <= 2)
-                {
-                    Some(verb) => Failure::usage(format!("unknown verb or command `{first}`"))
-                        .hint(format!("did you mean {verb}?")),
+                let topics = TOPICS.iter().map(|topic| topic.name);
+                match nearest(first, verbs.chain(topics)) {
+                    Some(name) => {
+                        Failure::usage(format!("unknown verb, command or topic `{first}`"))
+                            .hint(format!("did you mean {name}?"))
+                    }
                     None => failure,
                 }
             }),
         }
     }
+}
+
+/// Returns the most similar name; `None` if more than a third of its letters differ, because every
+/// word of three letters is within two of some verb.
+fn nearest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let distance = |name: &str| strsim::damerau_levenshtein(name, word);
+    let near = names.filter(|name| 3 * distance(name) <= name.chars().count());
+    near.min_by_key(|name| distance(name))
 }
 
 /// Returns the list of topics, which follows the list of verbs.

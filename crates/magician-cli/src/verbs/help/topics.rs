@@ -3,34 +3,77 @@
 /// Topic of `help`.
 pub(super) struct Topic {
     pub(super) name: &'static str,
+    pub(super) aliases: &'static [&'static str],
     /// Short description for the list.
     pub(super) about: &'static str,
     pub(super) text: &'static str,
 }
 
-pub(super) const TOPICS: [Topic; 5] = [
+impl Topic {
+    /// True for the name of the topic, or another word that people look it up by.
+    pub(super) fn is(&self, word: &str) -> bool {
+        self.name == word || self.aliases.contains(&word)
+    }
+}
+
+pub(super) const TOPICS: [Topic; 10] = [
     Topic {
         name: "units",
+        aliases: &["axes", "coordinates"],
         about: "units, axes and number formats",
         text: UNITS,
     },
     Topic {
         name: "pen",
+        aliases: &["drawing", "paper", "surface"],
         about: "draw with a pen, step by step",
         text: PEN,
     },
     Topic {
+        name: "text",
+        aliases: &["font", "fonts", "letters"],
+        about: "write text, fonts, text in drawings",
+        text: TEXT,
+    },
+    Topic {
+        name: "fill",
+        aliases: &["hatch", "shading"],
+        about: "fill shapes with lines",
+        text: FILL,
+    },
+    Topic {
+        name: "pens",
+        aliases: &["parts", "layers", "colors", "colours"],
+        about: "layers, colours, and changes of pens",
+        text: PENS,
+    },
+    Topic {
+        name: "gcode",
+        aliases: &["g-code", "cnc", "lightburn"],
+        about: "run G-code, unchanged or placed",
+        text: GCODE,
+    },
+    Topic {
         name: "laser",
+        aliases: &["burn", "burning", "engraving"],
         about: "laser safety, permission, power and switching off",
         text: LASER,
     },
     Topic {
         name: "resume",
+        aliases: &["interrupted", "continue"],
         about: "resume a run that was interrupted",
         text: RESUME,
     },
     Topic {
+        name: "class",
+        aliases: &["teacher", "pupils", "lesson", "turns"],
+        about: "several arms and pupils at one computer",
+        text: CLASS,
+    },
+    Topic {
         name: "exit-status",
+        aliases: &["exit", "errors"],
         about: "exit statuses and error kinds",
         text: EXIT_STATUS,
     },
@@ -81,6 +124,72 @@ closed terminal counts as the first. To resume, see `magician help resume`.
 
 Without an arm: magician draw FILE --port sim --picture drawn.svg";
 
+const TEXT: &str = "\
+Write text: magician write 'Hello' --size 15
+A file of text: magician draw notice.txt; `-` reads stdin.
+
+    --font NAME|FILE   a built-in font (`magician write --fonts` lists them), or
+                       a TrueType, OpenType or SVG font. Built-in fonts draw
+                       single strokes; font files are drawn as outlines
+    --size MM          height of capital letters
+    --wrap MM          width at which lines break
+    --align WORD       left, center or right
+    --line-height N    line spacing, times the height of capitals
+
+Text in an SVG or DXF is drawn as outlines; --text stroke draws single strokes.
+A missing character is left out, with a note; --strict-text refuses it.";
+
+const FILL: &str = "\
+Shapes are outlined. --fill draws lines inside them too:
+    --fill hatch       parallel lines
+    --fill cross       two crossed sets of lines
+    --fill contour     rings from the edge inwards
+
+    --fill-spacing MM  spacing of the lines (pen 0.8, laser 0.2)
+    --fill-angle DEG   angle of the lines from x (45)
+    --fill-inset MM    distance to the edge (half of the spacing)
+
+White shapes on an empty background are skipped; --white draw fills them too.
+`magician help pens` shows how to fill one colour only.
+Preview: magician draw FILE --fill hatch --preview where.svg";
+
+const PENS: &str = "\
+A drawing with layers or colours can be drawn part by part:
+    magician draw FILE --parts color --list-parts    lists the parts
+    magician draw FILE --parts color                 pauses between parts
+
+Change the pen at a pause, and press `p`. --no-pause draws on without one.
+
+    --parts layer|color   split by layer (pens of a plot, tools of G-code), or
+                          by colour
+    --only NAME           only this part: name, colour or number; repeatable
+    --passes N            draw each part N times
+    --pens FILE           settings of each pen, in TOML:
+                              [[pen]]
+                              match = \"#ff0000\"
+                              speed = 30
+                              fill = \"hatch\"
+
+`magician preset` saves the flags of a pen or a material under a name.";
+
+const GCODE: &str = "\
+Run G-code:
+    magician run FILE --check             check that the arm can do all of it
+    magician run FILE                     coordinates are the arm's own, in mm
+    magician run FILE --place             centred where the arm has room
+    magician draw FILE --surface Z        placed, drawn with the pen at height Z
+    magician engrave FILE                 placed, burnt with the laser
+
+Most files have their zero at a corner of a machine's table: place them.
+    --at X,Y            centre of the drawn lines
+    --fit               shrink it to fit
+    --pen-z Z           Z of the file at which the pen touches
+    --depths keep       go down to the depths of the file
+
+    --dialect pen|laser|servo   machine that the file is for
+    --s-max N                   S of full laser power
+Units are those of the file: mm, or inches after G20.";
+
 const LASER: &str = "\
 The laser blinds at any distance, also by reflection, and starts fires. Everyone
 in the room wears goggles for its wavelength (405 nm). Remove shiny objects,
@@ -117,6 +226,16 @@ The file, the flags and the arm must be the same; otherwise it is refused.
 --from STEP starts at any step, counted from 1; --dry-run -v lists the steps.
 A straight line continues within 0.2 mm of where it stopped; an arc or other
 curve is repeated as a whole.";
+
+const CLASS: &str = "\
+One computer with several arms, and pupils at its page:
+    magician serve --listen 0.0.0.0:8910 --arm a1=/dev/ttyUSB0 --arm a2=/dev/ttyUSB1
+Open http://127.0.0.1:8910/ and go to *Class*: paste the names, choose arms and
+the length of a turn, print the slips. Pupils sign in with name and code, take
+turns, and draw; *Freeze all* stops every arm.
+
+`magician station class` shows and changes the class from the command line.
+With virtual arms: --scenario drawing --arm a1=sim --arm a2=sim";
 
 const EXIT_STATUS: &str = "\
 Exit status, and kind of the error object that --json writes to stderr:
