@@ -133,7 +133,7 @@ impl std::fmt::Display for Suppressed {
             1 => f.write_str(last),
             _ => {
                 let more = count - 1;
-                write!(f, "{last}; and {more} similar ones in the last {seconds} s")
+                write!(f, "{last}; and {more} more like it in the last {seconds} s")
             }
         }
     }

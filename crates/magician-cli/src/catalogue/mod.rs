@@ -27,7 +27,7 @@ pub(crate) struct CommandArguments {
     /// Explain the command if one is given, otherwise this verb
     #[arg(long)]
     help: bool,
-    /// Explain the same, more briefly for this verb
+    /// Like --help, but shorter for the verb
     #[arg(short = 'h')]
     short_help: bool,
 }

@@ -36,6 +36,7 @@ Wear goggles for the laser's wavelength before switching it on. The laser burns 
 command runs; --keep-on leaves it on. In `magician shell` it burns until `laser off`, or until the \
 shell ends. On a real arm the command asks first, or needs --yes.")]
 pub(crate) struct Laser {
+    /// State to set
     state: Switch,
     /// Switch the laser off after SECONDS
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]

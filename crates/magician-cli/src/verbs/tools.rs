@@ -10,12 +10,14 @@ use crate::failure::Failure;
 /// Switch the suction cup
 #[derive(Args, Debug)]
 pub(crate) struct Suction {
+    /// State to set
     state: Switch,
 }
 
 /// Open or close the gripper, or switch its pump off
 #[derive(Args, Debug)]
 pub(crate) struct Gripper {
+    /// State to set
     state: Grip,
 }
 

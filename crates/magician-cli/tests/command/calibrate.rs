@@ -262,7 +262,7 @@ fn contradictory_points_are_refused_with_advice() {
         (
             &["calibrate", "sheet", "--points", "1,2", "4,5,6", "1,1,1"],
             2,
-            "3 numbers",
+            "3 comma-separated numbers",
         ),
         (&["calibrate", "surface", "--height", "nan"], 3, ""),
         (

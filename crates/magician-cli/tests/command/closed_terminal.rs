@@ -161,7 +161,7 @@ fn a_shell_whose_terminal_is_closed_switches_its_belt_off() {
     for _ in 0..4 {
         let mut terminal = Terminal::running(shell(&shell_of_ours, &words.concat()));
         terminal.types("conveyor run 50\r");
-        terminal.until_seen("runs at 50 mm/s");
+        terminal.until_seen("running at 50 mm/s");
         terminal.closes();
         let status = terminal.child.wait().expect("it ends");
         assert_eq!(status.code(), Some(130));

@@ -34,7 +34,7 @@ fn a_flood_of_damaged_frames_is_a_few_lines_of_a_virtual_arms_log() {
     assert!(log.len() < LINES, "{} lines", log.len());
     assert!(
         log.iter()
-            .any(|line| line.contains("similar ones in the last")),
+            .any(|line| line.contains("more like it in the last")),
         "{log:?}"
     );
 }

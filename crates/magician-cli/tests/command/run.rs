@@ -1365,7 +1365,7 @@ fn drawing_beside_the_front_of_a_real_arm_asks_for_confirmation() {
         .unwrap_or_default()
         .to_owned();
     assert!(
-        said.contains("does not fit in front of the arm, and is placed at its "),
+        said.contains("does not fit in front of the arm and is placed at its "),
         "{said}"
     );
 }

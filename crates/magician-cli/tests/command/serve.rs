@@ -443,7 +443,7 @@ fn failure_to_serve_states_its_reason_and_exit_status() {
         (
             vec!["--port", "sim", "serve", "--arm", "a=sim"],
             2,
-            "contradict",
+            "cannot be used with --port",
         ),
         (vec!["serve", "--arm", "A=sim"], 3, "a-z"),
         (

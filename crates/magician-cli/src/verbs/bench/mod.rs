@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::options::seconds;
 use figures::Figures;
 
-/// Measure the line to the arm and the driver, and compare with computed rates
+/// Measure the line and the driver, and compare with computed rates
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

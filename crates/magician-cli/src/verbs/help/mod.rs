@@ -17,7 +17,8 @@ use topics::{TOPICS, Topic};
 /// Explain a verb, a command of the protocol, or a topic
 #[derive(Args, Debug)]
 pub(crate) struct Help {
-    /// Verb, protocol command, verb and command (`get PTPJointParams`), or topic
+    /// Name to explain: a verb, a protocol command, a verb and a command (`get PTPJointParams`), or
+    /// a topic
     words: Vec<String>,
 }
 

@@ -130,7 +130,7 @@ A file of text: magician draw notice.txt; `-` reads stdin.
 
     --font NAME|FILE   a built-in font (`magician write --fonts` lists them), or
                        a TrueType, OpenType or SVG font. Built-in fonts draw
-                       single strokes; of a font file the outlines are drawn
+                       single strokes; font files are drawn as outlines
     --size MM          height of capital letters
     --wrap MM          width at which lines break
     --align WORD       left, center or right
@@ -149,14 +149,14 @@ Shapes are outlined. --fill draws lines inside them too:
     --fill-angle DEG   angle of the lines from x (45)
     --fill-inset MM    distance to the edge (half of the spacing)
 
-White shapes on nothing are skipped; --white draw fills them too.
+White shapes on an empty background are skipped; --white draw fills them too.
 `magician help pens` shows how to fill one colour only.
-Look first: magician draw FILE --fill hatch --preview where.svg";
+Preview: magician draw FILE --fill hatch --preview where.svg";
 
 const PENS: &str = "\
 A drawing with layers or colours can be drawn part by part:
-    magician draw FILE --parts color --list-parts    lists them
-    magician draw FILE --parts color                 pauses between them
+    magician draw FILE --parts color --list-parts    lists the parts
+    magician draw FILE --parts color                 pauses between parts
 
 Change the pen at a pause, and press `p`. --no-pause draws on without one.
 
@@ -170,11 +170,11 @@ Change the pen at a pause, and press `p`. --no-pause draws on without one.
                               speed = 30
                               fill = \"hatch\"
 
-`magician preset` keeps flags of one pen or material under a name.";
+`magician preset` saves the flags of a pen or a material under a name.";
 
 const GCODE: &str = "\
 Run G-code:
-    magician run FILE --check             can the arm do all of it
+    magician run FILE --check             check that the arm can do all of it
     magician run FILE                     coordinates are the arm's own, in mm
     magician run FILE --place             centred where the arm has room
     magician draw FILE --surface Z        placed, drawn with the pen at height Z
@@ -182,7 +182,7 @@ Run G-code:
 
 Most files have their zero at a corner of a machine's table: place them.
     --at X,Y            centre of the drawn lines
-    --fit               smaller, if it does not fit
+    --fit               shrink it to fit
     --pen-z Z           Z of the file at which the pen touches
     --depths keep       go down to the depths of the file
 

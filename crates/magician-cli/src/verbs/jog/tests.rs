@@ -167,7 +167,7 @@ fn a_line_that_is_lost_is_seen() {
     if let Some(status) = &mut model.observed.arm.status {
         status.link = link;
     }
-    shows(&picture(&model, 80, 24), &["LINK LOST, looking for it"]);
+    shows(&picture(&model, 80, 24), &["LINK LOST, reconnecting"]);
 }
 
 #[test]

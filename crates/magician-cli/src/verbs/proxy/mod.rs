@@ -65,8 +65,8 @@ pub(crate) struct Proxy {
     /// Inject reproducible faults into the line to the arm: flip=1e-4,drop=1e-5,seed=7
     #[arg(long, value_name = "SPEC")]
     faults: Option<Faults>,
-    /// Maximum age in ms, 0 to 10000, of a reply shared with another program; 0: every read goes to
-    /// the arm
+    /// Maximum age of a reply shared with another program, 0 to 10000 ms; 0: every read goes to the
+    /// arm
     #[arg(long, value_name = "MS", default_value = "20", value_parser = milliseconds)]
     fresh: Duration,
     /// Show only these commands

@@ -70,7 +70,7 @@ restore settings; a second Ctrl-C ends this wait.
   magician serve --port sim
   magician serve --port /dev/ttyUSB0 --listen 192.168.1.5:8910 --pair
   magician serve --arm left=/dev/ttyUSB0 --arm right=/dev/ttyUSB1
-  magician serve                       every arm in the settings ([arms.NAME]), else the only arm found
+  magician serve                       all [arms.NAME] of the settings, else the only arm found
 
 Programs use JSON-RPC at ws://HOST:8910/api/v1/ws, or POST one request to /api/v1/rpc; \
 /api/v1/openrpc.json lists the methods. Without --listen only this machine can connect, without a \
@@ -82,8 +82,8 @@ pub(crate) struct Serve {
     arm: Vec<(String, String)>,
     #[command(flatten)]
     front: FrontFlags,
-    /// Do not announce the station on the local network (one that only this machine can reach is
-    /// never announced)
+    /// Do not announce the station on the local network; a station that only this machine can reach
+    /// is never announced
     #[arg(long)]
     no_announce: bool,
     /// Serve only the API, without the page at /

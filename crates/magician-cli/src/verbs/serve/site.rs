@@ -8,7 +8,9 @@ use magician_station::{ArmEntry, RunningStation};
 
 use crate::failure::Failure;
 
+// Ends the heading of the flags before these, which clap applies to all later flags of a verb.
 #[derive(Args, Debug)]
+#[command(next_help_heading = None::<&'static str>)]
 pub(crate) struct SiteFlags {
     /// Join a site, so that `magician fleet --site NAME` on other machines sees the arms; arm names
     /// must be unique on the site

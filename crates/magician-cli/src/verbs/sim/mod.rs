@@ -96,7 +96,8 @@ pub(crate) struct Sim {
     /// Pace the bytes like a serial line of this baud rate [default: no pacing]
     #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(1..))]
     baud: Option<u32>,
-    /// Delay in ms, 0 to 60000, from the last byte of a request to the first byte of its reply
+    /// Turnaround in ms, 0 to 60000: delay from the last byte of a request to the first byte of its
+    /// reply
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = milliseconds)]
     turnaround: f64,
     /// Write the traffic to a pcapng file
@@ -108,11 +109,11 @@ pub(crate) struct Sim {
     /// Store the arm's flash memory in FILE: name, serial number, Wi-Fi, calibration, program
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// World around the arm (table, objects, conveyor, sensors, inputs, faults): a TOML file, or a
-    /// built-in one (cubes, drawing, pick_and_sort, faults, engraving)
+    /// World around the arm: table, objects, conveyor, sensors, inputs, faults. Either a TOML file
+    /// or a built-in one: cubes, drawing, pick_and_sort, faults, engraving
     #[arg(long, value_name = "FILE|NAME")]
     scenario: Option<PathBuf>,
-    /// At the end, write the lines of pen and laser to a .svg (true to size) or .png file; needs a
+    /// Write the lines of pen and laser at the end, to a .svg (true to size) or .png file; needs a
     /// --scenario with a table
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(picture::Picture::at))]
     picture: Option<picture::Picture>,
@@ -131,7 +132,7 @@ pub(crate) struct Sim {
     /// docs/reference/FIDELITY.md
     #[arg(long)]
     strict: bool,
-    /// At the end, list the facts and assumptions behind the replies
+    /// List the facts and assumptions behind the replies at the end
     #[arg(long)]
     fidelity: bool,
     /// Show the arm on the terminal of stderr, with keys to press its buttons, guide it and disturb

@@ -37,7 +37,7 @@ pub(super) use view::tests::examples;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician teach pick.playback     a file for DobotStudio and `magician play`; continues an existing one
+  magician teach pick.playback     for DobotStudio and `magician play`; continues an existing file
   magician teach pick.plan.json    magician's own format, without loss
 
 Keys move the arm as in `magician jog`. Or hold the unlock key on the forearm and guide the arm by \

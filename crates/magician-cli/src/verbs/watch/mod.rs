@@ -42,7 +42,7 @@ pub(crate) struct Watch {
     /// Also record the readings to a file, as `magician record` does
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     record: Option<PathBuf>,
-    /// At the end, print the deviation of the readings from the law of motion (see `magician replay
+    /// Print the deviation of the readings from the law of motion at the end (see `magician replay
     /// --help`)
     #[arg(long, requires = "record")]
     law: bool,
