@@ -224,10 +224,10 @@ fn example(name: &str, method: &str) -> String {
             continue;
         }
         let request = json!({"method": said.method, "params": said.params});
-        let _ = writeln!(text, "{} --> {request}", said.who);
+        let _ = writeln!(text, "{} --> {request}", said.client);
     }
     let told = json!({"method": method, "params": example.params});
-    let _ = writeln!(text, "{} <-- {told}\n```", example.heard_by);
+    let _ = writeln!(text, "{} <-- {told}\n```", example.recipient);
     text
 }
 

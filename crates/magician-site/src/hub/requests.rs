@@ -146,7 +146,7 @@ impl Hub {
             return state.map(Some);
         }
         if is_full {
-            let why = format!("{UNDER_WAY} requests are under way on this socket");
+            let why = format!("{MAX_REQUESTS_IN_FLIGHT} requests are under way on this socket");
             return Err(
                 RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_REQUESTS_IN_FLIGHT)
             );

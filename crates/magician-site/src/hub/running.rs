@@ -290,7 +290,7 @@ impl HubClient {
 impl ApiClient for HubClient {
     fn note_message(&self) {
         if let Some(home) = self.home() {
-            home.heard();
+            home.note_message();
         }
     }
 

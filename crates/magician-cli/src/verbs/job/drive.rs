@@ -157,7 +157,7 @@ impl Drive<'_> {
             .require_homed(self.require_homed)
             .index_may_skip(self.windowed)
             .depends_on_pose(made.prepared.start.is_some())
-            .lasting(self.lasting)
+            .outlives_process(self.lasting)
             .saved(saved.clone())
     }
 

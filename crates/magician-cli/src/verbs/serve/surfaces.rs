@@ -44,7 +44,7 @@ impl SurfaceStore for Surfaces {
         if self.is_in_settings(arm) {
             store_surface(surface)
         } else {
-            self.touched.keep(arm, surface)
+            self.touched.store(arm, surface)
         }
     }
 }
