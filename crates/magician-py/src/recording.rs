@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use magician::sim::{Controller, Profile, Speed, World};
 use magician::{Arm, Error, ErrorCode};
 use magician_job::files::WholeFile;
-use magician_job::recording::{Clock, Options, RecordError, Recorder, Summary, RecordingProgress};
+use magician_job::recording::{Clock, Options, RecordError, Recorder, RecordingProgress, Summary};
 use magician_record::replay::{Difference, DifferenceKind, Replay, ReplayWriter, Tolerances};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use magician::{Action, Error, ErrorCode};
 use magician_job::{
-    JobSummary, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JobState,
+    Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JobState, JobSummary,
     JournalError, NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings,
     SpeedError, Start as StartsWhere, StopOrder, StopRule, StopSignal, report,
 };
@@ -63,7 +63,9 @@ type Progress = (u64, Option<f64>, f64);
 
 fn parts(progress: &JobProgress, is_virtual: bool) -> Progress {
     // The speed of a virtual arm's clock is unknown here, so the time left cannot be told.
-    let left = progress.remaining.filter(|left| left.is_zero() || !is_virtual);
+    let left = progress
+        .remaining
+        .filter(|left| left.is_zero() || !is_virtual);
     let left = left.map(|left| left.as_secs_f64());
     (progress.step, left, progress.silent.as_secs_f64())
 }
