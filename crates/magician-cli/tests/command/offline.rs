@@ -194,7 +194,10 @@ fn a_reader_that_leaves_is_no_error() {
 fn help_finds_topics_by_related_words_and_suggests_only_similar_names() {
     assert_eq!(run(&["help", "hatch"]).out, run(&["help", "fill"]).out);
     assert_eq!(run(&["help", "teacher"]).out, run(&["help", "class"]).out);
-    for (word, hint) in [("gcoed", "did you mean gcode?"), ("engrav", "did you mean engrave?")] {
+    for (word, hint) in [
+        ("gcoed", "did you mean gcode?"),
+        ("engrav", "did you mean engrave?"),
+    ] {
         let help = run(&["help", word]);
         assert_eq!(help.status, 2);
         assert!(help.err.contains(hint), "{word}: {}", help.err);
