@@ -90,7 +90,7 @@ fn by_station(format: Format, bytes: &[u8], setup: &Value, files: Arc<dyn FilePr
     let read = |arm: &ReadingArm| reader.read(&source, arm);
     let mut reading = read(&arm);
     if let Ok(ProgramReading::NeedsStart) = reading {
-        arm.stands = Some(staged(format, bytes));
+        arm.start_state = Some(staged(format, bytes));
         reading = read(&arm);
     }
     match reading {
