@@ -46,7 +46,7 @@ impl std::error::Error for OptionError {}
 
 impl Need {
     /// Same text as `Display`, as part of a message.
-    fn to_message(&self) -> Message {
+    fn to_message(self) -> Message {
         let name = OptionName(self.name);
         match self.values {
             [] => message!("{name}", name),
