@@ -40,11 +40,11 @@ pub struct TrafficPiece {
 /// ```
 /// use std::time::Duration;
 /// use magician_protocol::Direction;
-/// use magician_station::{FrameRing, Mark};
+/// use magician_station::{FrameRing, RingPosition};
 ///
 /// let ring = FrameRing::new("/dev/ttyUSB0");
 /// ring.add(Duration::from_secs(1), Direction::Request, &[0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6]);
-/// let (passed, _, missed) = ring.since(&Mark::default());
+/// let (passed, _, missed) = ring.since(&RingPosition::default());
 /// assert_eq!((passed.len(), missed), (1, 0));
 /// ```
 #[derive(Debug)]

@@ -1,5 +1,5 @@
-//! Classes at the station: the files of a class, freezing, and the fence for pupils. Signing in is in
-//! `sign_in`.
+//! Classes at the station: the files of a class, freezing, and the fence for pupils. Signing in is
+//! in `sign_in`.
 //!
 //! Control decides about turns and slots by numbers of persons; this module maps names, tokens and
 //! codes to those numbers. A class, its schedule, the roster and the results are files. They are

@@ -1,8 +1,9 @@
 //! Methods of jobs.
 //!
 //! A job has a record ([`JobRecord`]) from its start on. A request about a job waits for a state
-//! (`AwaitedJobState`); reports of the arm (`job_updates`) change the record and answer the requests
-//! that wait for it. `job.start` may wait three times: for the library, for the disk, for the check.
+//! (`AwaitedJobState`); reports of the arm (`job_updates`) change the record and answer the
+//! requests that wait for it. `job.start` may wait three times: for the library, for the disk, for
+//! the check.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
