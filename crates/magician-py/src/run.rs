@@ -194,7 +194,8 @@ impl Job {
                 .await
                 .map_err(|error| failure_reason(&error, &source))
         };
-        let convert = move |py: Python<'_>, done: Arc<JobSummary>| result_parts(py, &done, &of_report);
+        let convert =
+            move |py: Python<'_>, done: Arc<JobSummary>| result_parts(py, &done, &of_report);
         Ok(Call::under_way(move || stopping.stop(), task, convert))
     }
 

@@ -31,7 +31,7 @@ A capture contains the direction of each packet; offsets are counted separately 
 Exit status 10 if bytes are not a frame, or a frame cannot be decoded.")]
 pub(crate) struct Decode {
     /// Sender of the bytes, if the input does not contain it
-    #[arg(long, value_name = "SIDE", default_value = "auto")]
+    #[arg(long = "from", value_name = "SIDE", default_value = "auto")]
     sender: Sender,
     /// Bytes in hex, a file, or - for stdin
     #[arg(required = true, value_name = "HEX|FILE|-")]
