@@ -1066,6 +1066,7 @@ export interface Methods {
         code: number;
         name: string;
         cause: string;
+        remedy: string;
         cure: string;
         holds_queue: boolean;
       }>;

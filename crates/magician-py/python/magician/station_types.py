@@ -2197,6 +2197,7 @@ class ArmAlarmsResultAlarmsItem(TypedDict):
     code: float
     name: str
     cause: str
+    remedy: str
     cure: str
     holds_queue: bool
 
