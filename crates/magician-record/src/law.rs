@@ -360,7 +360,7 @@ impl LawReport {
     /// the poses alone are measured.
     ///
     /// ```
-    /// use magician_record::law::{LawReport, Untold};
+    /// use magician_record::law::{LawReport, LawGap};
     /// use magician_record::replay::Replay;
     ///
     /// # let mut file = Vec::new();
@@ -372,7 +372,7 @@ impl LawReport {
     /// #     trace.record(link, 1, Request, &[0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6])?;
     /// # }
     /// let report = LawReport::of_session(&Replay::new(&file)?, None);
-    /// assert_eq!(report.untold, [Untold::NoPoses]);
+    /// assert_eq!(report.untold, [LawGap::NoPoses]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[must_use]
@@ -426,12 +426,12 @@ impl LawReport {
     /// Measures readings. `more` is a profile to compare besides the built-in ones.
     ///
     /// ```
-    /// use magician_record::law::{LawReport, Sample, Samples, Untold};
+    /// use magician_record::law::{LawReport, Sample, Samples, LawGap};
     ///
     /// let still = |t| Sample { t, values: [200.0, 0.0, 50.0, 0.0, 0.0, 45.0, 45.0, 0.0] };
     /// let samples = (0..10).map(|nth| still(f64::from(nth) * 0.05)).collect();
     /// let report = LawReport::of_samples(&Samples { samples, cut: false }, None);
-    /// assert_eq!(report.untold, [Untold::AtRest]);
+    /// assert_eq!(report.untold, [LawGap::AtRest]);
     /// ```
     #[must_use]
     pub fn of_samples(log: &Samples, more: Option<(String, Profile)>) -> Self {
