@@ -131,7 +131,7 @@ pub(crate) fn findings<'py>(
     let longest = report
         .longest_motion
         .map(|(step, way)| (report.number(step), way));
-    parts.set_item("longest_motion", longest)?;
+    parts.set_item("longest_way", longest)?;
     let longest = report
         .longest_time
         .map(|(step, time)| (report.number(step), time.as_secs_f64()));
