@@ -37,10 +37,10 @@ impl Expect {
                 let roster = if self.none {
                     Roster::default()
                 } else {
-                    of(&known)
+                    present_roster(&known)
                 };
                 let token = caller.token.ok_or_else(no_token)?;
-                ask(Arc::clone(&site), token, "site.expect", roster.to_value()).await?;
+                request(Arc::clone(&site), token, "site.expect", roster.to_value()).await?;
             }
             let expected = site.roster().await;
             wait_for(&site, &expected).await;

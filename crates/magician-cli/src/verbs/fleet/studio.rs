@@ -68,7 +68,7 @@ impl Studio {
             };
             let name = site.name().to_owned();
             let hub = RunningHub::start(hub, Arc::new(site));
-            hub.look_at_class().await;
+            hub.check_class().await;
             hub.read_roster().await;
             let (url, api) = (listener.url(), listener.api_url());
             let exposed = !listener.is_loopback();
