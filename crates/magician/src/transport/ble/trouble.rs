@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::{Act, Error, ErrorCode};
 
 fn port(message: impl Into<String>) -> Error {
-    Error::new(ErrorCode::PortFailed, message)
+    Error::new(ErrorCode::PortFailed, message.into())
 }
 
 pub(super) fn no_adapter() -> Error {
