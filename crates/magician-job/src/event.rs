@@ -148,7 +148,7 @@ pub enum JobEvent {
     },
     /// Progress cannot be stored, with the cause; reported once. The job continues, and cannot be
     /// resumed after its end unless a later write succeeds
-    /// ([`JobError::unkept`](crate::JobError::unkept)).
+    /// ([`JobError::storage_error`](crate::JobError::storage_error)).
     NotStored(Arc<str>),
     /// Place where the job starts, if not at the first step; sent once everything is checked.
     Start(StartPlace),
