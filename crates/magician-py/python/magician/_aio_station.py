@@ -142,7 +142,7 @@ class Station(Bound):
     #     :class:`~magician.errors.ForbiddenError` when the token is invalid.
     #     """
     #     self._core = opened(wait(connecting(url, name, token)))
-    #     self._hello: dict[str, Any] = read(self._core.hello())
+    #     self._hello: dict[str, Any] = from_json(self._core.hello())
     # [both]
 
     async def __aenter__(self) -> Station:
