@@ -313,7 +313,7 @@ def test_a_wait_that_is_interrupted_stops_the_arm(
     motion = slow.perform(LONG, wait=False)
 
     def interrupt() -> None:
-        while not motion._going._tell:  # type: ignore[union-attr]  # pyright: ignore[reportAttributeAccessIssue]
+        while not motion._going._callbacks:  # type: ignore[union-attr]  # pyright: ignore[reportAttributeAccessIssue]
             pass
         _thread.interrupt_main()
 
