@@ -3,20 +3,20 @@
 //! The sentence names no flag, verb or call, because front ends differ in these; what to do is a
 //! [`Remedy`], which each front end words by its [`Voice`](crate::Voice).
 
+mod causes;
 mod code;
 mod motion;
 
 use std::fmt;
 use std::io;
 
-use magician_motion::{Breach, FencePart, MotionError, Unreachable};
-use magician_protocol::{
-    Alarm, AlarmSet, DecodeError, EncodeError, Number, RangeError, visible_lines,
-};
+use magician_motion::{Breach, FencePart};
+use magician_protocol::{Alarm, AlarmSet, visible_lines};
 
+use self::causes::span;
 pub use self::code::{ErrorCode, ErrorKind};
 pub(crate) use self::motion::of_motion;
-use crate::remedy::{Act, Action, Remedy, Setting, SettingValue};
+use crate::remedy::{Act, Remedy, Setting, SettingValue};
 use crate::{Message, message};
 
 /// Result of the driver's operations.
@@ -411,155 +411,6 @@ impl Error {
         (self.0.from, self.0.to) = (from, to);
         self
     }
-
-    /// Creates an error for alarms that hold the queue. `tool_unknown` is true if they may be
-    /// caused by a tool that was never set.
-    pub fn alarm(alarms: AlarmSet, tool_unknown: bool) -> Self {
-        let mut message = message!("the arm stopped with an alarm");
-        // Alarms below 0x08 do not hold the queue, so they are not the reason.
-        for code in alarms.codes().filter(|code| Alarm::blocks(*code)) {
-            let (before, number) = (&message, format!("{code:#04x}"));
-            message = match Alarm::with_code(code) {
-                Some(Alarm {
-                    name,
-                    cause,
-                    remedy,
-                    ..
-                }) => {
-                    let (cause, remedy) = (Message::word(cause), Message::word(remedy));
-                    message!(
-                        "{before}; {number} {name}: {cause} ({remedy})",
-                        before,
-                        number,
-                        name,
-                        cause,
-                        remedy
-                    )
-                }
-                None => message!(
-                    "{before}; {number}: unknown to this program",
-                    before,
-                    number
-                ),
-            };
-        }
-        if tool_unknown {
-            let (cause, tool) = (&message, Message::word(Alarm::TOOL_UNKNOWN));
-            message = message!("{cause}; {tool}", cause, tool);
-        }
-        let mut error =
-            Self::new(ErrorCode::Alarm, message).remedy(Action::ClearAlarms, "releases the queue");
-        error.0.alarms = Some(alarms);
-        error
-    }
-
-    /// Creates an error for a queue that is held without an active alarm.
-    pub fn held() -> Self {
-        let message =
-            message!("the arm is at rest with commands in its queue, and has no alarm now");
-        let mut error = Self::new(ErrorCode::Held, message)
-            .remedy(
-                Action::ClearAlarms,
-                "continues if the queue is still held by an alarm that is gone, the usual cause",
-            )
-            .remedy(
-                Action::StartQueue,
-                "continues if another program has stopped the queue",
-            );
-        // Empty, but present: callers distinguish it from errors without alarms.
-        error.0.alarms = Some(AlarmSet::new());
-        error
-    }
-
-    /// Creates an error for a reset of the arm. `gone` are the first and last lost index.
-    pub fn reset(gone: Option<(u64, u64)>) -> Self {
-        let (message, from, to) = match gone {
-            // u64::MAX: a command without a known index was lost as well.
-            Some((from, u64::MAX)) => {
-                let message = message!(
-                    "the arm was switched off and on, or reset: its queue is lost (from queue \
-                        index {from} on), and its progress is unknown",
-                    from
-                );
-                (message, Some(from), None)
-            }
-            Some((from, to)) => {
-                let which = span(from, to);
-                let message = message!(
-                    "the arm was switched off and on, or reset: its queue is lost ({which}), and \
-                        its progress is unknown",
-                    which
-                );
-                (message, Some(from), Some(to))
-            }
-            None => {
-                let message = message!(
-                    "the arm was switched off and on, or reset: its queue is lost, and its \
-                        progress is unknown"
-                );
-                (message, None, None)
-            }
-        };
-        let mut error =
-            Self::new(ErrorCode::Reset, message).remedy(Action::Home, "is needed before going on");
-        (error.0.from, error.0.to) = (from, to);
-        error
-    }
-
-    /// Creates an error for more queued commands than this program sent.
-    pub fn unaccounted(from: u64, to: u64) -> Self {
-        let message = message!(
-            "the arm has taken more commands than this program sent (up to queue index {to}): the \
-                network duplicated one, or another program uses the arm; look at the arm before \
-            you go on",
-            to
-        );
-        let mut error = Self::new(ErrorCode::Unaccounted, message);
-        (error.0.from, error.0.to) = (Some(from), Some(to));
-        error
-    }
-
-    /// Creates an error for a closed connection.
-    #[must_use]
-    pub fn closed() -> Self {
-        Self::new(ErrorCode::Closed, message!("the connection is closed"))
-    }
-
-    /// Creates an error for a driver task that accepts no messages.
-    pub fn stuck() -> Self {
-        Self::new(ErrorCode::NotSent, message!("the connection is stuck"))
-    }
-
-    /// Creates an error for a line that failed while in use, or whose peer refused a request
-    /// (`PermissionDenied`) or ended (`ConnectionAborted`, with its own text).
-    pub fn gone(name: &str, source: io::Error) -> Self {
-        let message = match source.kind() {
-            io::ErrorKind::PermissionDenied => {
-                message!("refused: {cause}", cause = source.to_string())
-            }
-            // A program at the other end states in its own words why the line is over, and no cable
-            // is to blame. The system's own errors of this kind have no text.
-            io::ErrorKind::ConnectionAborted if source.get_ref().is_some() => {
-                source.to_string().into()
-            }
-            _ => message!(
-                "the connection to {name} broke off: {cause}; look at the cable and at the arm's power, \
-                 then connect again",
-                name,
-                cause = source.to_string()
-            ),
-        };
-        Self::new(ErrorCode::LineLost, message).with_source(source)
-    }
-}
-
-/// Interval of queue indices in words.
-fn span(from: u64, to: u64) -> Message {
-    if from == to {
-        message!("queue index {from}", from)
-    } else {
-        message!("queue indices {from} to {to}", from, to)
-    }
 }
 
 /// Output of a `main` that returns the error: sentence, code and remedies.
@@ -595,127 +446,5 @@ impl std::error::Error for Error {
     }
 }
 
-impl From<EncodeError> for Error {
-    fn from(error: EncodeError) -> Self {
-        Self::invalid(error.to_string())
-    }
-}
-
-impl From<RangeError> for Error {
-    fn from(error: RangeError) -> Self {
-        let refused = Self::invalid(error.to_string());
-        // NaN and infinities break no bound in particular.
-        let Some(limit) = error.limit() else {
-            return refused;
-        };
-        // The number as given: a program that reads it back gets 0.001 rather than its nearest
-        // `f32`.
-        let value = match error.value {
-            Number::Float(number) => number.to_string().parse().unwrap_or(f64::from(number)),
-            Number::Integer(_) => error.value.to_f64(),
-        };
-        refused.with_limit(value, limit.into(), error.unit)
-    }
-}
-
-impl From<DecodeError> for Error {
-    fn from(error: DecodeError) -> Self {
-        Self::new(
-            ErrorCode::BadAnswer,
-            message!("invalid reply: {cause}", cause = error.to_string()),
-        )
-    }
-}
-
-impl From<MotionError> for Error {
-    fn from(error: MotionError) -> Self {
-        let message = motion::of_motion(&error);
-        match error {
-            MotionError::Limit { value, limit, .. } => {
-                Self::new(ErrorCode::OutOfReach, message).with_limit(value, limit, "deg")
-            }
-            MotionError::Unreachable(
-                Unreachable::TooFar { distance, limit } | Unreachable::TooNear { distance, limit },
-            ) => Self::new(ErrorCode::OutOfReach, message).with_limit(distance, limit, "mm"),
-            // Not finite: a wrong value rather than a place out of reach.
-            MotionError::Unreachable(_) => Self::invalid(message),
-            _ => Self::invalid(message),
-        }
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use std::collections::BTreeSet;
-
-    use super::*;
-    use crate::ToolBias;
-    use crate::build;
-    use crate::preflight::Preflight;
-
-    #[test]
-    fn an_alarm_names_cause_and_cure_and_what_clears_it() {
-        let error = Error::alarm([0x00, 0x12].into_iter().collect(), false);
-        let message = error.to_string();
-        assert!(message.contains("0x12 PlanInvLimit"), "{message}");
-        assert!(
-            !message.contains("0x00"),
-            "0x00 does not hold the queue: {message}"
-        );
-        assert_eq!(
-            error.remedies(),
-            [Remedy::new(Action::ClearAlarms, "releases the queue")]
-        );
-        assert!(error.alarms().is_some_and(|alarms| alarms.contains(0x12)));
-    }
-
-    #[test]
-    fn a_terminal_obeys_nothing_that_a_message_quotes() {
-        let error = Error::invalid("no arm `\x1b[2J\u{202e}`").with_command("Get\x07");
-        let message = r"Get\u{7}: no arm `\u{1b}[2J\u{202e}`";
-        assert_eq!(error.to_string(), message);
-        assert_eq!(format!("{error:?}"), format!("{message} (invalid-value)"));
-    }
-
-    #[test]
-    fn a_limit_has_both_values() {
-        let limits = magician_motion::ArmModel::MAGICIAN.limits;
-        let joints = magician_motion::JointAngles::new(0.0, 91.3, 45.0, 0.0);
-        let error = Error::from(limits.check(&joints).unwrap_err());
-        assert_eq!(error.kind(), ErrorKind::Unreachable);
-        assert_eq!((error.value(), error.limit()), (Some(91.3), Some(90.0)));
-        assert_eq!(error.unit(), Some("deg"));
-        assert!(error.to_string().contains("91.3") && error.to_string().contains("90.0"));
-    }
-
-    #[test]
-    fn the_sentence_stands_apart_from_the_command_and_its_place() {
-        let error = Error::invalid("x is NaN")
-            .with_command("SetPTPCmd")
-            .at_step(2);
-        assert_eq!(error.message(), "x is NaN");
-        assert_eq!(error.to_string(), "SetPTPCmd: x is NaN");
-        let whole = "command 3: SetPTPCmd: x is NaN (invalid-value)";
-        assert_eq!(format!("{error:?}"), whole);
-        let start = Preflight::at(magician_motion::JointAngles::HOME, ToolBias::NONE);
-        let program = [
-            build::line_by(0.0, 1.0, 0.0, 0.0),
-            build::line_to(f32::NAN, 0.0, 0.0, 0.0),
-        ];
-        let error = start.clone().program(&program).unwrap_err();
-        assert_eq!(
-            (error.step(), error.command()),
-            (Some(1), Some("SetPTPCmd"))
-        );
-    }
-
-    #[test]
-    fn codes_have_names_of_their_own() {
-        let names: BTreeSet<_> = ErrorCode::ALL.iter().map(|code| code.name()).collect();
-        assert_eq!(names.len(), ErrorCode::ALL.len());
-        for name in names {
-            let plain = |letter: char| letter.is_ascii_lowercase() || letter == '-';
-            assert!(name.chars().all(plain), "{name}");
-        }
-    }
-}
+mod tests;
