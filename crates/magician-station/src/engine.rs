@@ -12,6 +12,8 @@
 //! rights: an order that arrives is permitted.
 
 mod acts;
+mod ending;
+mod events;
 mod guided;
 mod io;
 mod jobs;
@@ -26,37 +28,23 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
 
-use magician::{
-    Arm, ArmOutputs, ArmSnapshot, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
-};
-use magician_job::{Access, Journal, RecoveredSettings, SavedSettings};
-use magician_protocol::visible;
+use magician::{Arm, ArmOutputs, ArmSnapshot, Jog, JogOptions, StateOptions, StateWatch};
+use magician_job::Journal;
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::{AbortHandle, JoinSet};
-use tokio::time::sleep;
 
 use self::guided::Guided;
 use self::jobs::{JobContext, JobSlot, RunningJob};
 use self::program::ReadProgram;
 pub(crate) use self::program::run_blocking;
 use self::reads::Known;
-use crate::api::{ArmEvent, RpcError};
+use crate::api::RpcError;
 use crate::control::{JobId, JogId, RequestId};
 use crate::job::Reader;
 use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome, jog_end};
 use crate::surface::ArmSurface;
-
-/// Attempts to restore the settings that a job had changed when its line was lost, and their
-/// interval. The arm's queue must be empty first. It holds two seconds of motion, or one long
-/// command, so half a minute suffices.
-const MAX_RESTORE_ATTEMPTS: u32 = 30;
-const RESTORE_INTERVAL: Duration = Duration::from_secs(1);
-
-/// Most stops of an arm when the station ends. Another host may send commands after the first one.
-const MAX_FINAL_STOPS: u32 = 3;
 
 /// Message to the engine's task.
 enum Message {
@@ -464,44 +452,6 @@ impl EngineTask {
         self.stops += 1;
     }
 
-    /// Carries out the last stop. No action starts after it.
-    fn end(&mut self, is_reader: bool, reply: oneshot::Sender<magician::Result<()>>) {
-        self.ended = true;
-        self.drop_actions();
-        self.waiting.clear();
-        let arm = self.arm.clone();
-        self.side.spawn(async move {
-            // Fails only if the station is gone already.
-            let _ = reply.send(stop_completely(&arm, is_reader).await);
-            TaskResult::Stopped(None, Ok(Value::Null))
-        });
-    }
-
-    /// Switches off motor outputs and a laser that would stay on without a holder. A command in the
-    /// queue that would switch one on is dropped with the queue.
-    fn end_unattended(&mut self) {
-        // What a running job switched on belongs to the job until it pauses or ends.
-        self.end_unattended_with_job();
-        if self.is_job_moving() || !has_unattended(&self.arm) {
-            return;
-        }
-        self.stops += 1;
-        let arm = self.arm.clone();
-        self.side.spawn(async move {
-            // A queued command may still start a motor or light the laser, so a moving arm is
-            // stopped as a whole.
-            let ended = if arm.moving() {
-                arm.stop().await
-            } else {
-                switch_unattended_off(&arm).await
-            };
-            if let Err(error) = ended {
-                tracing::warn!(%error, "a motor or the laser may stay on after the lease");
-            }
-            TaskResult::Stopped(None, Ok(Value::Null))
-        });
-    }
-
     /// Starts the next action, unless one is in progress or a stop is not confirmed.
     fn begin_next(&mut self) {
         if self.action.is_some() || self.stops > 0 {
@@ -622,104 +572,6 @@ impl EngineTask {
             }
         }
     }
-
-    /// Reads in the background the values that only some readings contain.
-    fn refresh_known(&mut self) {
-        self.lapses = self.arm.snapshot().lapses;
-        let arm = self.arm.clone();
-        let before = self.known.rail;
-        self.side.spawn(async move {
-            let known = Known::read(&arm).await;
-            TaskResult::Known(known.map_or(before, |known| known.rail))
-        });
-    }
-
-    fn handle_status(&mut self, status: &magician::Status) {
-        // While the line is down the status is the last one known: no reading.
-        if status.link == Link::Up
-            && let Some(reading) = self.known.reading(status, &self.arm)
-        {
-            (self.report)(ArmReport::Reading(Box::new(reading)));
-        }
-    }
-
-    fn report_event(&mut self, event: Event) {
-        let tell = |event, fields| (self.report)(ArmReport::Event { event, fields });
-        match event {
-            Event::AlarmRaised { code } => tell(ArmEvent::AlarmRaised, vec![("code", json!(code))]),
-            Event::AlarmCleared { code } => {
-                tell(ArmEvent::AlarmCleared, vec![("code", json!(code))])
-            }
-            Event::CommandFinished { last, .. } => {
-                tell(ArmEvent::CommandFinished, vec![("index", json!(last.0))]);
-            }
-            Event::Unaccounted { to, .. } => {
-                tell(ArmEvent::Unaccounted, vec![("index", json!(to.0))])
-            }
-            Event::LinkLost { .. } => (self.report)(ArmReport::Link(false)),
-            Event::LinkFound { .. } => {
-                (self.report)(ArmReport::Link(true));
-                self.side.spawn(restore_after_job(self.arm.clone()));
-                self.refresh_known();
-            }
-            Event::Reset { .. } => {
-                tell(ArmEvent::Reset, Vec::new());
-                self.refresh_known();
-            }
-            Event::Missed { events } => tell(ArmEvent::Missed, vec![("count", json!(events))]),
-            // Events of a newer driver: of no use to clients that cannot know them.
-            other => tracing::debug!(event = %visible(&format!("{other:?}")), "unknown event"),
-        }
-    }
-}
-
-/// Restores settings of a job whose line was lost, once the arm has finished the commands it had.
-async fn restore_after_job(arm: Arm) -> TaskResult {
-    for _ in 0..MAX_RESTORE_ATTEMPTS {
-        match SavedSettings::recover(&arm, Access::Sets).await {
-            RecoveredSettings::Deferred(_) => sleep(RESTORE_INTERVAL).await,
-            // Restored, or nothing to restore.
-            _ => break,
-        }
-    }
-    TaskResult::Nothing
-}
-
-/// True if something is on that has no end of its own: a motor output, or the laser as far as is
-/// known.
-fn has_unattended(arm: &Arm) -> bool {
-    arm.outputs().laser == Some(true) || !arm.motors().running().is_empty()
-}
-
-/// Switches motor outputs and the laser off where they are on.
-async fn switch_unattended_off(arm: &Arm) -> magician::Result<()> {
-    let dark = if arm.outputs().laser == Some(true) {
-        arm.laser().switch_off().await
-    } else {
-        Ok(())
-    };
-    // Also if the laser did not answer.
-    let stopped = arm.motors().stop().await;
-    dark.and(stopped)
-}
-
-/// Stops an arm until nothing of it moves, burns, runs or waits.
-async fn stop_completely(arm: &Arm, is_reader: bool) -> magician::Result<()> {
-    let (_, places) = arm.stats().await?;
-    for stops in 0.. {
-        let is_busy = arm.moving() || has_unattended(arm);
-        // The driver does not know commands that another host sent, so the arm's queue is asked.
-        if !is_busy && (is_reader || arm.queue().left_space().await? >= places) {
-            break;
-        }
-        if stops == MAX_FINAL_STOPS {
-            // Given up after LAST_STOPS, so that the end of the station is not held up for ever.
-            let message = "commands come to the arm's queue again after each stop";
-            return Err(magician::Error::new(ErrorCode::StopUnconfirmed, message));
-        }
-        arm.stop().await?;
-    }
-    arm.laser().switch_off_after().await
 }
 
 /// Resolves when the action in progress is done. Pending for ever without one.

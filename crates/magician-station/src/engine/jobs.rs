@@ -20,10 +20,11 @@ use magician_program::PreparedProgram;
 use serde_json::{Value, json};
 use tokio::sync::Notify;
 
+use super::ending::switch_unattended_off;
 use super::outcome::{end_of, notes_of, over};
 use super::program::{ReadProgram, changed_program_error, read, report_value, with_check_report};
 use super::world;
-use super::{EngineTask, TaskResult, WaitingOrder, switch_unattended_off};
+use super::{EngineTask, TaskResult, WaitingOrder};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
 use crate::job::{self, Reader, Source};
