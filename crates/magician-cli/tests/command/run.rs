@@ -1081,7 +1081,7 @@ fn notes_are_objects_with_json() {
 #[test]
 fn fitted_content_passes_the_check() {
     // With another tool the pose after homing is unknown, so a Blockly program fails its check at
-    // any place. All tools with all kinds of drawings: `tests/fit.rs` of magician-program.
+    // any place. All tools with all kinds of drawings: `tests/program/fit.rs` of magician-program.
     let fits = |name: &&str| !name.ends_with(".blockly");
     let tools = [
         ("pen", "-60", &[][..]),

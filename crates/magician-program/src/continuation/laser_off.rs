@@ -98,7 +98,7 @@ impl Line {
         }
     }
 
-    /// Like `way_before`, after a share of the line.
+    /// Like `distance_before`, after a share of the line.
     fn distance_after(&self, share: f64, seconds: f64) -> (f64, f64) {
         let length = self.motion.length();
         let left = (1.0 - share) * length;
