@@ -97,7 +97,7 @@ impl Ending {
         };
         let refused = |error: Error| {
             let [x, y, z] = place;
-            error.retold(format!("the tool cannot be parked at {x},{y},{z}: {error}"))
+            error.reworded(format!("the tool cannot be parked at {x},{y},{z}: {error}"))
         };
         let whole = rest.whole();
         if let Some(surface) = whole.surface.filter(|_| self.is_held(whole)) {

@@ -11,7 +11,7 @@ use crate::magician::{Run, command, run, run_with};
 
 /// Way in which a verb works through a station.
 enum Through {
-    /// These lines, run one after the other on one arm, give the same results. A line `<<` has its
+    /// Lines that give the same results when run one after the other on one arm. A line `<<` has its
     /// input after it.
     Same(&'static [&'static [&'static str]]),
     /// Interactive: the command line, keys with their effects, and keys that end it.

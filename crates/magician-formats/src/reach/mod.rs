@@ -208,5 +208,5 @@ impl Reach {
 
 /// Rewords an error for a lifted tool.
 fn lifted(error: &Error, lift: f64) -> Error {
-    error.retold(format!("with the tool lifted by {lift} mm: {error}"))
+    error.reworded(format!("with the tool lifted by {lift} mm: {error}"))
 }

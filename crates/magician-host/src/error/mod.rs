@@ -399,11 +399,11 @@ impl Error {
 
     /// Copies the error with another sentence, which includes the command if needed.
     #[must_use]
-    pub fn retold(&self, message: impl Into<Message>) -> Self {
-        let mut told = self.copy();
-        told.0.message = message.into();
-        told.0.command = None;
-        told
+    pub fn reworded(&self, message: impl Into<Message>) -> Self {
+        let mut error = self.copy();
+        error.0.message = message.into();
+        error.0.command = None;
+        error
     }
 
     /// Adds the queue indices concerned, as far as they are known.

@@ -175,7 +175,7 @@ pub(crate) fn raise(py: Python<'_>, name: Option<&str>, problem: &Diagnostic) ->
     let help = problem.help.iter().map(|help| format!("; {help}"));
     let text = format!("{name}{problem}{}", help.collect::<String>());
     let error = Error::from(problem.clone());
-    errors::raise(py, &error.retold(text))
+    errors::raise(py, &error.reworded(text))
 }
 
 /// Parses a tool: a name or a bias.
@@ -389,7 +389,7 @@ impl PyPlan {
 
 /// Copies an error with another text. Its parts stay.
 pub(crate) fn with_text(error: &Error, text: String) -> Error {
-    let changed = error.retold(text);
+    let changed = error.reworded(text);
     match error.command() {
         Some(command) => changed.with_command(command),
         None => changed,
