@@ -124,138 +124,82 @@ impl Suspension {
 #[cfg(test)]
 mod tests {
     use Control::{Continue, Suspend};
+    use SuspensionAction as Action;
 
     use super::*;
 
     #[test]
     fn job_pauses_before_the_process_stops_and_continues_with_it() {
         let mut suspension = Suspension::new(false);
-        assert_eq!(
-            suspension.handle_control(Suspend, false),
-            SuspensionAction::Pause
-        );
-        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
-        assert_eq!(
-            suspension.handle_control(Continue, true),
-            SuspensionAction::Continue
-        );
-        assert_eq!(
-            suspension.handle_control(Continue, false),
-            SuspensionAction::Nothing
-        );
-        assert_eq!(
-            suspension.handle_control(Suspend, false),
-            SuspensionAction::Pause
-        );
+        assert_eq!(suspension.handle_control(Suspend, false), Action::Pause);
+        assert_eq!(suspension.handle_pause(Ok(())), Action::Stop);
+        assert_eq!(suspension.handle_control(Continue, true), Action::Continue);
+        assert_eq!(suspension.handle_control(Continue, false), Action::Nothing);
+        assert_eq!(suspension.handle_control(Suspend, false), Action::Pause);
     }
 
     #[test]
     fn burning_or_previously_paused_job_stays_paused() {
         let mut suspension = Suspension::new(true);
         for dark in [true, false] {
-            assert_eq!(
-                suspension.handle_control(Suspend, !dark),
-                SuspensionAction::Pause
-            );
-            assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
+            assert_eq!(suspension.handle_control(Suspend, !dark), Action::Pause);
+            assert_eq!(suspension.handle_pause(Ok(())), Action::Stop);
             assert_eq!(
                 suspension.handle_control(Continue, true),
-                SuspensionAction::Stay { dark }
+                Action::Stay { dark }
             );
         }
         // After the user has resumed the job, suspension works as at first.
         suspension.note_user_pause(false);
-        assert_eq!(
-            suspension.handle_control(Suspend, false),
-            SuspensionAction::Pause
-        );
-        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
+        assert_eq!(suspension.handle_control(Suspend, false), Action::Pause);
+        assert_eq!(suspension.handle_pause(Ok(())), Action::Stop);
         assert_eq!(
             suspension.handle_control(Continue, true),
-            SuspensionAction::Stay { dark: true }
+            Action::Stay { dark: true }
         );
 
         let mut suspension = Suspension::new(false);
-        assert_eq!(
-            suspension.handle_control(Suspend, false),
-            SuspensionAction::Pause
-        );
+        assert_eq!(suspension.handle_control(Suspend, false), Action::Pause);
         // The user pauses by a JSON line while the suspension is in progress.
         suspension.note_user_pause(true);
-        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
+        assert_eq!(suspension.handle_pause(Ok(())), Action::Stop);
         assert_eq!(
             suspension.handle_control(Continue, true),
-            SuspensionAction::Stay { dark: false }
+            Action::Stay { dark: false }
         );
     }
 
     #[test]
     fn repeated_suspend_is_ignored_and_continue_cancels_it() {
         let mut suspension = Suspension::new(false);
-        assert_eq!(
-            suspension.handle_control(Suspend, false),
-            SuspensionAction::Pause
-        );
-        assert_eq!(
-            suspension.handle_control(Suspend, true),
-            SuspensionAction::Nothing
-        );
-        assert_eq!(
-            suspension.handle_control(Continue, true),
-            SuspensionAction::Nothing
-        );
-        assert_eq!(
-            suspension.handle_control(Suspend, true),
-            SuspensionAction::Nothing
-        );
-        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
-        assert_eq!(
-            suspension.handle_control(Continue, true),
-            SuspensionAction::Continue
-        );
-        assert_eq!(
-            suspension.handle_control(Suspend, false),
-            SuspensionAction::Pause
-        );
-        assert_eq!(
-            suspension.handle_control(Continue, true),
-            SuspensionAction::Nothing
-        );
-        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Continue);
+        assert_eq!(suspension.handle_control(Suspend, false), Action::Pause);
+        assert_eq!(suspension.handle_control(Suspend, true), Action::Nothing);
+        assert_eq!(suspension.handle_control(Continue, true), Action::Nothing);
+        assert_eq!(suspension.handle_control(Suspend, true), Action::Nothing);
+        assert_eq!(suspension.handle_pause(Ok(())), Action::Stop);
+        assert_eq!(suspension.handle_control(Continue, true), Action::Continue);
+        assert_eq!(suspension.handle_control(Suspend, false), Action::Pause);
+        assert_eq!(suspension.handle_control(Continue, true), Action::Nothing);
+        assert_eq!(suspension.handle_pause(Ok(())), Action::Continue);
     }
 
     #[test]
     fn suspend_during_continue_is_executed_afterwards() {
         let mut suspension = Suspension::new(false);
-        assert_eq!(
-            suspension.handle_control(Suspend, false),
-            SuspensionAction::Pause
-        );
-        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
-        assert_eq!(
-            suspension.handle_control(Suspend, true),
-            SuspensionAction::Nothing
-        );
-        assert_eq!(
-            suspension.handle_control(Continue, true),
-            SuspensionAction::Stop
-        );
-        assert_eq!(
-            suspension.handle_control(Continue, true),
-            SuspensionAction::Continue
-        );
+        assert_eq!(suspension.handle_control(Suspend, false), Action::Pause);
+        assert_eq!(suspension.handle_pause(Ok(())), Action::Stop);
+        assert_eq!(suspension.handle_control(Suspend, true), Action::Nothing);
+        assert_eq!(suspension.handle_control(Continue, true), Action::Stop);
+        assert_eq!(suspension.handle_control(Continue, true), Action::Continue);
     }
 
     #[test]
     fn job_that_ends_while_pausing_is_not_awaited_again() {
         let mut suspension = Suspension::new(false);
-        assert_eq!(
-            suspension.handle_control(Suspend, false),
-            SuspensionAction::Pause
-        );
+        assert_eq!(suspension.handle_control(Suspend, false), Action::Pause);
         assert_eq!(
             suspension.handle_pause(Err(PauseError::Ending)),
-            SuspensionAction::End
+            Action::End
         );
     }
 }
