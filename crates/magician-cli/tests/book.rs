@@ -13,6 +13,7 @@
 //!   marked `bash` need Python or a C compiler; `interop/book.py` runs them.
 #![cfg(unix)]
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -306,6 +307,45 @@ fn every_recipe_is_tried_and_every_page_is_in_the_book() {
             );
         }
     }
+}
+
+/// Collects the tests of the Rust files below a directory, as `file::name`.
+fn collect_tests(directory: &Path, found: &mut BTreeSet<String>) {
+    for entry in fs::read_dir(directory).expect("a directory") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            collect_tests(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let file = path.file_stem().and_then(|stem| stem.to_str());
+            let source = fs::read_to_string(&path).expect("a source");
+            let names = source.split("fn ").skip(1);
+            let names = names.filter_map(|rest| rest.split_once('(').map(|(name, _)| name));
+            found.extend(names.map(|name| format!("{}::{name}", file.expect("a name"))));
+        }
+    }
+}
+
+/// `interop/workshop/run` looks these tests up too, but not in every run of the checks.
+#[test]
+fn every_test_that_a_promise_names_exists() {
+    let promises = root().join("interop/workshop/promises.toml");
+    let promises = fs::read_to_string(promises).expect("the promises");
+    let named = promises.lines().filter_map(|line| {
+        let test = line.strip_prefix("test = \"")?.strip_suffix('"')?;
+        test.split_once(' ')
+    });
+    let mut missing = Vec::new();
+    let mut count = 0;
+    for (package, test) in named {
+        let mut tests = BTreeSet::new();
+        collect_tests(&root().join("crates").join(package), &mut tests);
+        count += 1;
+        if !tests.contains(test) {
+            missing.push(format!("{package} {test}"));
+        }
+    }
+    assert!(count > 30, "{count}");
+    assert!(missing.is_empty(), "{missing:#?}");
 }
 
 /// The picture in the README is the output of its first command.
