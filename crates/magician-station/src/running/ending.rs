@@ -9,7 +9,7 @@ use crate::engine::ArmEngine;
 use crate::station::EndReport;
 
 /// Longest wait for running jobs and for holders when the station ends: the 5 s that holders have
-/// ([`Station::end`]) plus 1 s for the station's own jobs.
+/// ([`Station::end`](crate::Station::end)) plus 1 s for the station's own jobs.
 const END_TIMEOUT: Duration = Duration::from_secs(6);
 /// The same wait after a second call of [`RunningStation::end_runs`], which starts no motion.
 const SECOND_END_TIMEOUT: Duration = Duration::from_secs(1);
@@ -24,9 +24,10 @@ impl RunningStation {
     /// Ends all motion for the end of the program.
     ///
     /// Jobs are stopped in order: pens go up and settings are restored. Clients are notified and
-    /// have a few seconds to end what they run in the same way ([`Station::end`]); nothing new
-    /// begins. Then the station itself stops every arm. On return the queues are empty, lasers and
-    /// motors are off, and no command of a client is accepted any more.
+    /// have a few seconds to end what they run in the same way
+    /// ([`Station::end`](crate::Station::end)); nothing new begins. Then the station itself stops
+    /// every arm. On return the queues are empty, lasers and motors are off, and no command of a
+    /// client is accepted any more.
     ///
     /// A second call ends everything at once. Takes at most 9 s.
     pub async fn end_runs(&self) -> EndReport {
