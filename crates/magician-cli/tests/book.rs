@@ -1,14 +1,14 @@
 //! Tests of the pages: each shell block runs and prints what stands below it, and each link leads
 //! to a file.
 //!
-//!
 //! * A block marked `sh` runs line by line in a new directory with the samples, scenarios, workshop
 //!   files and fonts. A line that ends with `# exit N` must exit with that status, every other line
 //!   with 0. A line that ends with `&` starts a virtual arm that is served until the end of the
 //!   block.
 //! * A block marked `text` right below it is the expected output: each of its lines must be
-//!   printed, in this order. `…` stands for any text, a number for any number and a space for any
-//!   spaces, because pages hold output of one run, and durations are tested elsewhere.
+//!   printed, in this order. `…` stands for any text, for example a duration of wall time, and a
+//!   space for any spaces. With `MAGICIAN_WRITE_PAGES=1` in the environment, the tests write the
+//!   printed numbers into the pages.
 //! * Blocks for a real arm, a terminal or a toolchain are marked `console` and not run. Blocks
 //!   marked `bash` need Python or a C compiler; `interop/book.py` runs them.
 #![cfg(unix)]
@@ -17,6 +17,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+
+use regex_lite::Regex;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -161,60 +163,74 @@ fn run(block: &Block) -> Result<String, String> {
     }
 }
 
-/// Replaces all numbers by the same one, and runs of spaces by one space.
-fn plain(line: &str) -> String {
-    let mut plain = String::new();
-    for word in line.split_whitespace() {
-        if !plain.is_empty() {
-            plain.push(' ');
-        }
-        let mut number = false;
-        for c in word.chars() {
-            if !c.is_ascii_digit() {
-                plain.push(c);
-            } else if !number {
-                plain.push('0');
-            }
-            number = c.is_ascii_digit();
-        }
-    }
-    // Sign and decimals are part of a number.
-    plain.replace("-0", "0").replace("0.0", "0")
-}
-
-/// True if a printed line matches a line of a page.
-fn is_like(line: &str, pattern: &str) -> bool {
-    let (line, pattern) = (plain(line), plain(pattern));
-    let mut parts = pattern.split('…');
-    let line = line.as_str();
-    let Some(mut rest) = line.strip_prefix(parts.next().unwrap_or_default()) else {
-        return false;
+/// Returns the pattern of a line of a page: `…` stands for any text and a space for any spaces. If
+/// `numbers` is set, a number stands for any number.
+fn line_pattern(line: &str, numbers: bool) -> Regex {
+    let literal = |text: &str| match text.trim() {
+        "" if !text.is_empty() => r"\s+".to_owned(),
+        "…" => "(.*)".to_owned(),
+        _ => regex_lite::escape(text),
     };
-    let mut last = None;
-    for part in parts {
-        let Some((_, after)) = rest.split_once(part) else {
-            return false;
+    let mut pattern = String::new();
+    let mut end = 0;
+    let varying = Regex::new(r"…|\s+|-?[0-9]+(\.[0-9]+)?").expect("a pattern");
+    let line = line.trim();
+    for part in varying.find_iter(line) {
+        pattern += &literal(&line[end..part.start()]);
+        pattern += &match part.as_str() {
+            number if numbers && number.ends_with(|c: char| c.is_ascii_digit()) => {
+                r"-?[0-9]+(?:\.[0-9]+)?".to_owned()
+            }
+            text => literal(text),
         };
-        rest = after;
-        last = Some(part);
+        end = part.end();
     }
-    match last {
-        None => rest.is_empty(),
-        Some(part) => part.is_empty() || line.ends_with(part),
-    }
+    pattern += &literal(&line[end..]);
+    Regex::new(&format!(r"^\s*{pattern}\s*$")).expect("a pattern")
 }
 
-/// Returns the first line of a page's output that was not printed.
-fn missing<'a>(printed: &str, said: &'a Block) -> Option<&'a str> {
+/// Returns a page's output with the numbers that were printed, or the first line that was not
+/// printed even with other numbers.
+fn with_printed_numbers<'a>(printed: &str, expected: &'a [String]) -> Result<Vec<String>, &'a str> {
     let mut lines = printed.lines();
-    let said = said.text.iter().map(String::as_str);
-    said.filter(|line| !line.trim().is_empty())
-        .find(|pattern| !lines.any(|line| is_like(line, pattern)))
+    let mut updated = Vec::new();
+    for line in expected {
+        if line.trim().is_empty() {
+            updated.push(line.clone());
+            continue;
+        }
+        let exact = line_pattern(line, false);
+        if lines.clone().any(|printed| exact.is_match(printed)) {
+            lines.find(|printed| exact.is_match(printed));
+            updated.push(line.clone());
+            continue;
+        }
+        let like = line_pattern(line, true);
+        let printed = lines.find(|printed| like.is_match(printed));
+        let printed = printed.ok_or(line.as_str())?;
+        // What `…` stands for stays out of the page.
+        let mut line = String::new();
+        let mut end = 0;
+        let captures = like.captures(printed).expect("it matches");
+        for hidden in captures.iter().skip(1).flatten() {
+            line += &printed[end..hidden.start()];
+            line.push('…');
+            end = hidden.end();
+        }
+        line += &printed[end..];
+        updated.push(line.trim_end().to_owned());
+    }
+    Ok(updated)
 }
 
 /// Runs all blocks of a page and reports all failures together.
+///
+/// Writes the printed numbers into the page instead if the variable `MAGICIAN_WRITE_PAGES` is set.
 fn try_page(name: &str) {
-    let page = fs::read_to_string(root().join(name)).expect("the page");
+    let path = root().join(name);
+    let page = fs::read_to_string(&path).expect("the page");
+    let write = std::env::var_os("MAGICIAN_WRITE_PAGES").is_some();
+    let mut updated: Vec<String> = page.lines().map(str::to_owned).collect();
     let blocks = blocks(&page);
     let mut wrong = Vec::new();
     let mut tried = 0;
@@ -224,17 +240,32 @@ fn try_page(name: &str) {
         }
         tried += 1;
         let place = format!("{name}:{}", block.line);
-        match run(block) {
-            Err(why) => wrong.push(format!("{place} ends with {why}")),
-            Ok(printed) => {
-                let said = blocks
-                    .get(nth + 1)
-                    .filter(|next| next.follows && next.language == "text");
-                if let Some(line) = said.and_then(|said| missing(&printed, said)) {
-                    wrong.push(format!("{place} does not print\n{line}\nbut\n{printed}"));
+        let printed = match run(block) {
+            Err(why) => {
+                wrong.push(format!("{place} ends with {why}"));
+                continue;
+            }
+            Ok(printed) => printed,
+        };
+        let expected = blocks
+            .get(nth + 1)
+            .filter(|next| next.follows && next.language == "text");
+        let Some(expected) = expected else { continue };
+        match with_printed_numbers(&printed, &expected.text) {
+            Ok(lines) if write => {
+                updated.splice(expected.line..expected.line + lines.len(), lines);
+            }
+            Ok(lines) => {
+                let pairs = expected.text.iter().zip(&lines);
+                for (old, new) in pairs.filter(|(old, new)| old != new) {
+                    wrong.push(format!("{place} says\n{old}\nbut prints\n{new}"));
                 }
             }
+            Err(line) => wrong.push(format!("{place} does not print\n{line}\nbut\n{printed}")),
         }
+    }
+    if write {
+        fs::write(&path, updated.join("\n") + "\n").expect("the page is written");
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
     let compiled = blocks.iter().any(|block| block.language == "rust");
@@ -468,12 +499,28 @@ fn all_links_resolve() {
 }
 
 #[test]
-fn placeholders_in_a_page_line_match_only_similar_lines() {
-    assert!(is_like("done in 0:11: 11 steps", "done in …: 12 steps"));
-    assert!(is_like("x   -1.20 y", "x  33.75 y"));
-    assert!(is_like("done", "…"));
-    assert!(!is_like("done in 0:11: 12 laps", "done in …: 12 steps"));
-    assert!(!is_like("x 1 y", "x y"));
-    assert!(!is_like("done.", "done"));
-    assert!(!is_like("a 1 b 2 c", "a … b"));
+fn numbers_of_a_page_are_compared_and_can_be_updated() {
+    let update = |printed: &str, line: &str| {
+        with_printed_numbers(printed, &[line.to_owned()])
+            .ok()
+            .map(|lines| lines.concat())
+    };
+    let done = update("done in 0:11: 11 steps", "done in …: 12 steps");
+    assert_eq!(done.as_deref(), Some("done in …: 11 steps"));
+    // Columns keep the spaces that were printed.
+    let pose = update("x   -1.20 y", "x  33.75 y");
+    assert_eq!(pose.as_deref(), Some("x   -1.20 y"));
+    // A line that matches exactly is preferred to an earlier one with other numbers.
+    let second = update("step 1\nstep 2", "step 2");
+    assert_eq!(second.as_deref(), Some("step 2"));
+    assert_eq!(update("done", "…").as_deref(), Some("…"));
+    assert_eq!(update("x  1 y", "x 1 y").as_deref(), Some("x 1 y"));
+    for (printed, line) in [
+        ("done in 0:11: 12 laps", "done in …: 12 steps"),
+        ("x 1 y", "x y"),
+        ("done.", "done"),
+        ("a 1 b 2 c", "a … b"),
+    ] {
+        assert_eq!(update(printed, line), None, "{line}");
+    }
 }
