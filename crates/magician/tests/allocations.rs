@@ -22,7 +22,7 @@ thread_local! {
 struct Counting;
 
 fn count() {
-    // While a thread ends its counter no longer exists.
+    // While a thread ends, its counter no longer exists.
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
 }
 
@@ -51,7 +51,8 @@ static ALLOCATOR: Counting = Counting;
 
 const TICK: u64 = 1_000;
 
-/// A host that never stops and an arm that does everything at once, one tick of line between them.
+/// A host that always has requests, and an arm that executes them at once, on a line with a delay
+/// of one tick.
 struct StreamLoop {
     host: Connection,
     tick: u64,

@@ -110,13 +110,13 @@ impl IdentityCache {
 impl ClockReading {
     /// Returns the clock rate between this reading and a later one.
     ///
-    /// The true time of a reading lies between request and reply, so the elapsed time is an
-    /// interval. Only a rate that no time in it explains counts as off.
+    /// The true time of a reading lies between request and reply, so the elapsed time is known only
+    /// as an interval. The rate counts as off only if no elapsed time in this interval explains it.
     fn rate_until(&self, later: &Self) -> ClockRate {
         let least = later.asked.saturating_duration_since(self.heard);
         let most = later.heard.saturating_duration_since(self.asked);
-        // A clock that went backwards counts as no time: the arm was reset, which the driver finds
-        // out.
+        // A clock that went backwards counts as no elapsed time: the arm was reset, which the
+        // driver detects elsewhere.
         let ran = later.uptime.saturating_sub(self.uptime);
         if ran > most.mul_f64(1.0 + MAX_CLOCK_DEVIATION_PER_MILLE / 1000.0) + CLOCK_READING_ERROR {
             ClockRate::Faster
@@ -132,7 +132,8 @@ impl ClockReading {
 
 /// The alarms were read for a program without motion.
 pub(super) const ASKED: u8 = 1;
-/// The alarms were read for a program with motion, which was warned, or the arm is homing.
+/// The alarms were read for a program with motion, and a warning was given if due; or the arm is
+/// homing.
 pub(super) const WARNED: u8 = 2;
 
 /// True if this request homes the arm.
@@ -236,7 +237,8 @@ impl Homing<'_> {
     /// True if the arm is at its home point: the default of the firmware, or the last one set.
     async fn stands_at_home(self) -> Result<bool> {
         let pose = self.arm.get::<Pose>().await?;
-        // The answer may have come by another read meanwhile, which also updates the picture.
+        // Another read may have updated the picture meanwhile, so that the place is no longer
+        // needed.
         if !self.arm.picture().homing().needs_place() {
             return Ok(true);
         }

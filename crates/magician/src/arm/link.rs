@@ -48,7 +48,7 @@ impl Arm {
     ///
     /// The line is up again once the arm was identified and has reported how far its queue has
     /// come. Nothing is retransmitted: requests in flight at the break have ended with an error,
-    /// and the caller has to look at the arm and to continue.
+    /// and the caller has to check the state of the arm before it continues.
     ///
     /// # Errors
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) if it is not reconnected

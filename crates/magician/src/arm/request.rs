@@ -26,7 +26,8 @@ const MAX_TIMEOUT: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
 /// Additional time after the deadline before the handle gives up on the task. Choice: the task
 /// normally reports the timeout itself, with a more precise error.
 const DEADLINE_GRACE: Duration = Duration::from_millis(5);
-/// Time for the task to be scheduled after the handle was. Choice: a few scheduler turns.
+/// Additional wait for the task to be scheduled when the handle runs first. Choice: a few scheduler
+/// turns.
 const SCHEDULING_GRACE: Duration = Duration::from_millis(3);
 
 /// Sending requests.
@@ -42,7 +43,8 @@ impl Arm {
         Instant::now() + timeout.min(MAX_TIMEOUT)
     }
 
-    /// Returns the queue fault, if any, for a call that began after `since` stops.
+    /// Returns the last queue fault as an error, if it ended a call that began at stop count
+    /// `since` or if it has not been reported yet.
     pub(super) fn queue_fault(&self, since: Option<u64>) -> Result<()> {
         match self.inner.shared.queue_fault(since) {
             None => Ok(()),
@@ -177,8 +179,9 @@ impl Arm {
         })
     }
 
-    /// Returns the answer of the task; `None` once the task has ended. Both are watched, because a
-    /// message sent while the task ends may stay in the inbox, together with its reply channel.
+    /// Returns the answer of the task; `None` once the task has ended. Answer and end are both
+    /// watched, because a message sent while the task ends may stay in the inbox, together with its
+    /// reply channel.
     pub(super) async fn heard<T>(&self, answer: &mut oneshot::Receiver<T>) -> Option<T> {
         tokio::select! {
             // The answer first: an answer received before the end of the connection still counts.

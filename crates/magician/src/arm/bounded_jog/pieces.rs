@@ -1,4 +1,5 @@
-//! Sequence of pieces of a bounded jog, with their check and the remaining distance.
+//! Sequence of the short moves (pieces) of a bounded jog, with the limit check of each and the
+//! distance covered.
 
 use std::collections::VecDeque;
 
@@ -10,9 +11,10 @@ use crate::Result;
 use crate::build::{self, Axis, JogDirection};
 use crate::preflight::Preflight;
 
-/// Factor by which a piece that would cross a limit is shortened, repeatedly, and the shortest
-/// result, mm or degrees. Choices: the jog ends within 0.05 mm of its limit.
+/// Factor by which a piece that would cross a limit is shortened, repeatedly. Choice.
 const CUT: f32 = 0.5;
+/// Shortest piece after shortening, mm or degrees. Choice: the jog ends within 0.05 mm of its
+/// limit.
 const LEAST: f32 = 0.05;
 
 /// Pieces of a bounded jog.
@@ -22,8 +24,9 @@ pub(super) struct Pieces {
     course: Preflight,
     /// Start position on the axis.
     pub(super) from: f64,
-    /// Distance the arm was last seen from the start, and total length of the pieces sent.
+    /// Distance from the start at which the arm was last seen.
     gone: f64,
+    /// Total length of the pieces sent.
     pub(super) sent: f64,
     /// Unfinished pieces: length, and distance of the end from the start.
     under_way: VecDeque<(f64, f64)>,
@@ -42,7 +45,8 @@ impl Pieces {
         }
     }
 
-    /// Returns the distance of a position from the start. Finished pieces are dropped.
+    /// Stores a position on the axis, drops finished pieces, and returns the distance from the
+    /// start.
     pub(super) fn saw(&mut self, place: f64) -> f64 {
         let way = place - self.from;
         self.gone = if self.direction.forward { way } else { -way };
@@ -54,7 +58,7 @@ impl Pieces {
         self.gone
     }
 
-    /// Returns the length of the next piece, or the time until the next look, s.
+    /// Returns the length of the next piece, or as `Err` the time until the next position read, s.
     pub(super) fn next(&self) -> std::result::Result<f64, f64> {
         self.pace
             .next(self.under_way.iter().map(|(length, end)| Piece {
@@ -63,8 +67,8 @@ impl Pieces {
             }))
     }
 
-    /// Returns the piece of this length with the check after it, shortened as far as it would cross
-    /// a limit.
+    /// Returns a piece of at most this length, the check advanced past it, and its length. The
+    /// piece is halved until it crosses no limit.
     pub(super) fn cut(&self, length: f64) -> Result<(Set, Preflight, f64)> {
         let mut by = length as f32;
         loop {

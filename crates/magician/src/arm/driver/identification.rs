@@ -1,9 +1,9 @@
 //! Identification of the arm on a reconnected line.
 //!
-//! The line may lead to another arm, so it is examined over a separate connection. If the laser may
-//! have burnt while the line was lost, the first frames switch it off and pause the queue; the
-//! queue is cleared once the arm is at rest. Only then the arm is asked for its version and, if one
-//! is known to compare with, its serial number.
+//! The line may lead to another arm, so the arm is examined over a separate connection. If the
+//! laser may have burnt while the line was lost, the first frames switch it off and pause the
+//! queue; the queue is cleared once the arm is at rest. Only then is the arm asked for its version.
+//! It is asked for its serial number too if the serial number of the known arm can be compared.
 
 use std::task::Context;
 
@@ -47,8 +47,9 @@ pub(super) struct Identification {
     /// True if a stop has to clear the queue, because the arm did not come to rest in time.
     to_stop: bool,
     darkens: bool,
-    /// Pose at which the laser was switched off, and the request for it.
+    /// Pose at which the laser was switched off.
     darkness: Option<LaserOffTracker>,
+    /// Unanswered read of the pose.
     pose: Option<Ticket>,
     /// Set until the identity was requested; true if the serial number is needed too.
     asks: Option<bool>,
@@ -60,12 +61,13 @@ pub(super) struct Identification {
 }
 
 /// Identity of the arm: its serial number, or `None` if it was not asked for or the arm has none.
-/// An error is the reason why there is no arm.
+/// The error says why no arm was identified.
 pub(super) type Met = Result<Option<String>, String>;
 
 impl Identification {
-    /// Starts identification on a line. With `ask_serial` the serial number is read, because one is
-    /// known to compare with. `laser_off_requests` are the requests sent first.
+    /// Starts identification on a line. With `ask_serial` the serial number is read as well, for
+    /// comparison with the known one. The requests in `dark`, which switch the laser off, are sent
+    /// first.
     pub(super) fn new(now: Micros, line: Line, ask_serial: bool, dark: Vec<Request>) -> Self {
         let settings = Settings {
             // An unknown arm may not take requests back to back.
@@ -98,7 +100,8 @@ impl Identification {
             })
             .collect();
         if identification.darkens {
-            // Behind those requests, at stop priority: this lane waits for no other request.
+            // The pose is read after those requests, at stop priority, which waits for no other
+            // request.
             let pose = Request::get::<Pose>(&NoArgs).ok();
             let pose = pose.map(|pose| pose.priority(Priority::Stop));
             identification.pose =

@@ -23,9 +23,9 @@ use crate::message;
 use crate::transport::Line;
 use crate::{Error, ErrorCode, Result};
 
-/// Delay from the loss to the first search, and interval of the searches. Choice: soon enough for a
-/// loose plug, rare enough for a missing adapter.
+/// Delay from the loss to the first search. Choice: soon enough for a loose plug.
 const FIRST_RECONNECT_DELAY: Micros = 100_000;
+/// Interval of the searches. Choice: rare enough for a missing adapter.
 pub(super) const RECONNECT_INTERVAL: Micros = 250_000;
 
 /// Opens the line again.
@@ -203,7 +203,7 @@ impl Driver {
         self.connection.interrupt();
         self.shared.picture().lost();
         self.shared.remembered().forget();
-        // A refusal is reported by the call it answers.
+        // A refused access is reported by the call that it ends.
         if first && !self.is_refused() {
             tracing::warn!("{}", self.gone());
         }

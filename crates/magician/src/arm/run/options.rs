@@ -16,12 +16,14 @@ pub struct RunOptions {
     /// Stop count ([`Arm::stops`](crate::Arm::stops)) after which nothing is sent; by default the
     /// count at the call.
     ///
-    /// For a caller that computes or checks commands first: a stop in between applies to them too.
+    /// For a caller that computes or checks commands before it runs them: with the count from
+    /// before, a stop in between prevents the run.
     pub stops: Option<u64>,
     /// True if waiting commands of an earlier program run first; false by default.
     pub keep: bool,
-    /// Longest motion in the arm's queue, which continues if this process dies, because the arm has
-    /// no watchdog. Two seconds by default. Two commands are queued regardless of their duration.
+    /// Longest motion held in the arm's queue. The arm has no watchdog, so this motion continues if
+    /// this process dies. Two seconds by default. Two commands are queued regardless of their
+    /// duration.
     pub horizon: Duration,
     /// Same limit while the laser may be lit; one second by default.
     pub laser_horizon: Duration,
@@ -34,11 +36,11 @@ pub struct RunOptions {
     /// [`Progress::silent`](crate::Progress::silent) reports the silence. When the arm answers
     /// again, the run finds out what became of its commands; nothing is sent twice.
     pub patience: Duration,
-    /// Duration of commands ahead of the arm up to which the source is asked for more, so that
-    /// later ones can still be chosen.
+    /// Longest duration of the commands ahead of the arm. Beyond it no command is taken from the
+    /// source, so that later commands can still be chosen.
     ///
-    /// `None` (default) takes as many as there is room for, some hundred. A few commands are taken
-    /// regardless.
+    /// `None` (default) takes as many commands as there is room for, about a hundred. A few
+    /// commands are taken regardless.
     pub lead: Option<Duration>,
 }
 

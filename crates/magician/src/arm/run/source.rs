@@ -49,7 +49,7 @@ impl<I: Iterator<Item = Set>> CommandSource for I {
 /// State shared by a feeder, its run and the connection's task.
 #[derive(Debug)]
 pub(in crate::arm) struct Supply {
-    /// Most commands that may be pushed and not finished.
+    /// Largest number of pushed commands that are not yet finished.
     ahead: u64,
     state: Mutex<State>,
     changed: Notify,
@@ -96,7 +96,7 @@ impl Supply {
         }
     }
 
-    /// Notes that the arm's clock waits for the feeder.
+    /// Stores whether the arm's clock waits for the feeder.
     pub(in crate::arm) fn set_stands(&self, stands: bool) {
         self.state().stands = stands;
     }
@@ -210,8 +210,8 @@ impl Feeder {
         }
     }
 
-    /// Pushes the next command. Beyond the [room](Self::free) it is kept; after the end of the run
-    /// it is dropped.
+    /// Pushes the next command. Without [room](Self::free) the command is buffered; after the end
+    /// of the run it is dropped.
     pub fn push(&self, command: Set) {
         self.supply.change(|state| {
             state.rests = false;
@@ -225,8 +225,8 @@ impl Feeder {
     /// Reports that nothing is ready yet, and waits until the arm has finished a command, at most
     /// 10 ms.
     ///
-    /// The clock of an arm in virtual time continues meanwhile; otherwise it waits up to a second
-    /// for the next command.
+    /// The clock of an arm in virtual time continues during this call. Without this call the clock
+    /// waits up to a second for the next command.
     pub async fn rest(&self) {
         let changed = self.supply.changed.notified();
         tokio::pin!(changed);
