@@ -6,8 +6,8 @@ use magician::{Error, ErrorKind, Voice};
 
 use crate::voice::Vendor;
 
-/// Return codes of the functions, numbered as in the vendor's headers (docs/guide/VENDOR-LIBRARY.md,
-/// Results).
+/// Return codes of the functions, numbered as in the vendor's headers
+/// (docs/guide/VENDOR-LIBRARY.md, Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Code {
@@ -23,8 +23,8 @@ pub enum Code {
     InvalidDevice = 4,
 }
 
-/// Return codes of `ConnectDobot`, numbered as in the vendor's headers (docs/guide/VENDOR-LIBRARY.md,
-/// Results).
+/// Return codes of `ConnectDobot`, numbered as in the vendor's headers
+/// (docs/guide/VENDOR-LIBRARY.md, Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub(crate) enum ConnectCode {

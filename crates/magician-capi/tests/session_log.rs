@@ -33,7 +33,7 @@ impl Write for LogWriter {
     }
 }
 
-/// Runs `act` and returns what this thread logs of this crate, line by line.
+/// Runs `act` and returns the lines that this crate logs on this thread.
 fn logged(act: impl FnOnce()) -> Vec<String> {
     static SUBSCRIBED: Once = Once::new();
     SUBSCRIBED.call_once(|| {

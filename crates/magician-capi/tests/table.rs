@@ -103,7 +103,7 @@ fn functions_are_grouped_by_chapter() {
         .iter()
         .filter_map(|function| ids.get(function.name))
     {
-        // Ids of one chapter of the protocol share their tens.
+        // Ids of one chapter of the protocol differ only in their last decimal digit.
         let chapter = id / 10;
         assert!(
             last == Some(chapter) || seen.insert(chapter),
@@ -147,7 +147,7 @@ fn the_vendor_decides_what_is_queued() {
             name if forced.contains(name) => {
                 assert!(said.iter().all(|(_, ctrl)| *ctrl == 3), "{name}")
             }
-            // Ignores its argument, because older headers lack it.
+            // Ignores its argument `queued`, because older headers lack that argument.
             "SetLostStepParams" => {}
             name if asks => assert!(
                 said.is_superset(&BTreeSet::from([("at once", 1), ("queued", 3)])),

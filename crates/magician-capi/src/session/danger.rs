@@ -78,7 +78,7 @@ fn parse(text: &str) -> (AllowedIds, Vec<&str>) {
     (names, wrong)
 }
 
-/// Finds the command of a function that is named differently.
+/// Finds the command of a vendor function whose name differs from that of the command.
 fn function(name: &str) -> Result<&'static Row, magician::protocol::NameError> {
     if name.eq_ignore_ascii_case("UpdateFirmware") {
         Row::find_writable("FirmwareSwitch")

@@ -1,11 +1,11 @@
 //! The connected arms, and everything common to all calls.
 //!
-//! * [`Registry`] maps ids to arms. The library has one; the functions of this module are its
-//!   methods. Each test creates its own.
+//! * [`Registry`] maps ids to arms. The library has one, to whose methods the functions of this
+//!   module forward. Each test creates its own.
 //! * [`Session`] is one connected arm, through which every call passes.
 //!
-//! A call holds no lock while it waits for an arm, with one exception: `ConnectDobot` of `v1` waits
-//! for another one of its kind.
+//! A call holds no lock while it waits for an arm, with one exception: `ConnectDobot` of `v1` holds
+//! one, so a concurrent `ConnectDobot` of `v1` waits until it returns.
 
 mod arm;
 mod connect;

@@ -21,13 +21,13 @@ use crate::notice;
 
 /// Function under whose name the reason is reported.
 const NAME: &str = "GetQueuedCmdCurrentIndex";
-/// Factor on the patience without an alarm. A choice: the queue may be stopped for a moment on
-/// purpose.
+/// Factor on `timeout` after which an arm at rest without an alarm is reported. A choice: the queue
+/// may be stopped for a moment on purpose.
 const REST_FACTOR: u32 = 10;
-/// Factor on the patience during a command in which the arm may stand still: homing, a wait, a
-/// trigger. A choice: such commands take longer than a move.
+/// The same factor during a command in which the arm may stand still: homing, a wait, a trigger. A
+/// choice: such commands take longer than a move.
 const QUIET_FACTOR: u32 = 60;
-/// Most of those commands that are remembered: more than the queue holds.
+/// Largest number of such commands that are remembered: more than the queue holds.
 const MAX_QUIET: usize = 64;
 
 /// State of the queue while a program waits for it.

@@ -8,7 +8,7 @@ use tokio::time::{Instant, timeout_at};
 
 /// Bytes that the vendor's library writes to a new connection. The arm's own firmware ignores them.
 const PROBE: &[u8] = b"\nM10\nM10\nM10\nM10\nM10\n";
-/// Most bytes of text that are kept: more than such a firmware sends in this time.
+/// Largest number of received bytes kept: more than such a firmware sends in this time.
 const MAX_TEXT_SIZE: usize = 64 * 1024;
 
 /// Firmware that answers in text.
@@ -18,7 +18,7 @@ pub(super) struct Firmware {
     pub(super) version: String,
 }
 
-/// Asks at a port. Returns `None` if no known firmware answers in time.
+/// Sends the probe to a port. Returns `None` if no known firmware answers within this time.
 pub(super) fn probe(target: &Target, within: Duration) -> Option<Firmware> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()

@@ -18,7 +18,7 @@ pub enum Missing {
     None,
 }
 
-/// Arguments of a call.
+/// Creates the arguments of a call, and owns the memory for its results.
 pub struct Given {
     missing: Missing,
     /// Number of arguments created so far.
@@ -142,7 +142,7 @@ impl Row {
     }
 }
 
-/// Lists the rows of a family that concern an arm.
+/// Lists a `Row` for each function of a family that acts on an arm.
 #[macro_export]
 macro_rules! rows_about_an_arm {
     ($family:ident $(
@@ -170,7 +170,7 @@ macro_rules! row_about_an_arm {
     ($family:ident [] $($row:tt)*) => {};
 }
 
-/// Calls a function with the ids of its family.
+/// Adds a `Row` that calls a function with the ids that its family takes.
 #[macro_export]
 macro_rules! call_about_an_arm {
     ([$($id:literal),*] $rows:ident $kind:ident $ids:ident $name:ident ($($arg:ident: $type:ty),*)) => {
@@ -178,7 +178,7 @@ macro_rules! call_about_an_arm {
             name: stringify!($name),
             kind: Kind::$kind,
             arguments: &[$((stringify!($arg), <$type as Argument>::POINTS)),*],
-            // SAFETY: null is allowed everywhere, and what the other pointers say is there.
+            // SAFETY: any pointer may be null; the others refer to live memory of the size needed.
             call: |_given| unsafe { exported::$name($($id,)* $(<$type as Argument>::given(_given)),*) },
         });
     };
@@ -194,7 +194,7 @@ pub fn check_all_null(line: &Line, rows: &[Row]) {
         let code = (row.call)(&mut Given::missing(Missing::All));
         let passed = line.called();
         let expected = match row.kind {
-            // Not allowed, so refused.
+            // Refused, because the test does not allow it with `MagicianAllow`.
             Kind::Guarded => 3,
             Kind::Command if needs => 3,
             _ => 0,
