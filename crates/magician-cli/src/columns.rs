@@ -83,7 +83,7 @@ fn count(text: &str) -> usize {
     text.chars().count()
 }
 
-/// Writes a remark on a list, wrapped to the terminal's width and dimmed.
+/// Writes a remark about a list, dimmed and wrapped to the terminal's width.
 pub(crate) fn note(text: &str, out: &mut Output) -> Result<(), Failure> {
     let paint = out.paint;
     wrap(text, out.width())

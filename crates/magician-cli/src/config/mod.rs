@@ -113,7 +113,8 @@ impl Config {
             Some(value) => self.file.with(name, value),
             None => self.file.without(name),
         };
-        // An invalid value is reported before a file that cannot be edited: its message says more.
+        // Check the value first: `change` would report an invalid one as a file that cannot be
+        // edited, which says less.
         if let Some(edited) = &edited {
             Self::of(edited.clone())?;
         }
@@ -121,7 +122,7 @@ impl Config {
         self.change(edited, |config| config.arm_value(name).is_some() == said)
     }
 
-    /// Returns a number of the file. Loading has checked its syntax.
+    /// Returns a numeric setting of the file, whose syntax was checked when the file was loaded.
     pub(crate) fn number(&self, name: &str) -> Option<f64> {
         self.file_value(name)?.parse().ok()
     }

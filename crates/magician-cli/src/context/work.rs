@@ -1,9 +1,9 @@
 //! Runs a verb's work on the arm under a policy, and handles signals meanwhile.
 //!
 //! The work is a future that races a signal. When the signal wins, the work is dropped and the arm
-//! is stopped if the policy or the driver says that something moves. When a station announces its
-//! end the same happens, as a port failure. Afterwards the connection is kept in a shell and closed
-//! otherwise; `policy` has the rules.
+//! is stopped if the policy or the driver says that something moves. The same happens when a
+//! station announces its end; the verb then fails with a port error. Afterwards a shell keeps the
+//! connection, and a single command closes it; `policy` has the rules.
 
 use std::future::Future;
 use std::pin::{Pin, pin};
@@ -42,8 +42,8 @@ impl Context {
         self.work(Some(sim), policy.rules(), policy.access(), work)
     }
 
-    /// Runs work that lasts until a signal or the system's request to end: `work` is notified
-    /// through its future and completes regularly.
+    /// Runs work that lasts until a signal, or until the station announces its end. Then the future
+    /// passed to `work` completes, and `work` is expected to return normally.
     pub(crate) fn until_signal<T>(
         &mut self,
         sim: Sim,
@@ -84,8 +84,8 @@ impl Context {
                 outcome = work(out) => return outcome,
                 _ = signals.next() => {}
             }
-            // Dropping the work has closed its connections. Their tasks send the last frames
-            // meanwhile.
+            // Dropping the work has closed its connections. Wait while their driver tasks send the
+            // last frames.
             tokio::time::sleep(DISCONNECT_TIMEOUT).await;
             Err(Failure::interrupted())
         })
@@ -148,8 +148,8 @@ impl Context {
                 Some(BurnEnd::WhileConnected) => Some(arm.laser().switch_off().await),
                 None => Some(arm.laser().switch_off_after().await),
             };
-            // If switching off was not answered the connection is not detached, so that its end
-            // sends it once more.
+            // If the arm did not confirm that the laser is off, do not detach the connection:
+            // closing it then switches the laser off once more.
             if let Some(Ok(())) = dark {
                 arm.detach();
             }
@@ -247,7 +247,8 @@ impl Context {
         Failure::interrupted()
     }
 
-    /// Stops what was started, and waits until the arm stands. A second stop moves nothing more.
+    /// Stops what was started, and waits until the arm stands. A second signal during that repeats
+    /// the stop and restores settings, neither of which moves the arm.
     pub(super) async fn stop_for_signal(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_stop);
@@ -264,8 +265,9 @@ impl Context {
         Failure::new(kind_of_stop(true, again), message)
     }
 
-    /// Stops the arm if `needs_stop`, and ends the connection. Returns the sentence about it, which
-    /// begins with `cause`, and true if a signal came meanwhile.
+    /// Stops the arm if `needs_stop`, and ends the connection. Returns the message for the user and
+    /// true if a signal arrived during the stop. The message begins with `cause`, except after such
+    /// a signal.
     async fn stop_arm(
         &mut self,
         needs_stop: bool,
@@ -301,7 +303,7 @@ impl Context {
         (outcome.unwrap_or_else(|message| message), again)
     }
 
-    /// Decides about the connection after an interruption.
+    /// Closes the connection after an interruption. A shell keeps it if the arm stands.
     pub(super) async fn disconnect_after_stop(&mut self, stands: bool) {
         if !stands {
             // Dropping the connection sends its last frames without waiting for answers, since the

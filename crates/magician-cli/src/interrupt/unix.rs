@@ -14,8 +14,8 @@ use super::Signal;
 /// Number of SIGHUP.
 const SIGHUP: i32 = 1;
 
-/// True if SIGHUP was ignored when this program began. Read once: after we catch it, the system no
-/// longer reports that.
+/// True if SIGHUP was ignored when this program began. Read once: after the program catches SIGHUP,
+/// the system no longer reports that it was ignored.
 static HANGUP_IGNORED: OnceLock<bool> = OnceLock::new();
 
 /// Makes a write beyond the file size limit (`ulimit -f`) fail as on a full disk. SIGXFSZ would
@@ -31,8 +31,8 @@ pub(super) fn survive_file_limit() -> io::Result<()> {
 fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status");
     let told = status.ok().and_then(|status| ignores(&status, SIGHUP));
-    // Without `/proc`: a process without a terminal on any of its three streams was started to
-    // outlive it.
+    // Without `/proc`, assume that a process with no terminal on its three standard streams was
+    // started to outlive its terminal.
     let terminals = [
         io::stdin().is_terminal(),
         io::stdout().is_terminal(),
@@ -57,7 +57,7 @@ fn ignores(status: &str, signal: i32) -> Option<bool> {
     Some(mask >> (signal - 1) & 1 == 1)
 }
 
-/// Signals, caught from [`listen`](Self::listen) on.
+/// Signal streams. They catch signals once [`listen`](Self::listen) has been called.
 pub(super) struct Signals {
     interrupt: unix::Signal,
     terminate: unix::Signal,

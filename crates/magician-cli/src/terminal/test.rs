@@ -1,4 +1,4 @@
-//! Pictures as text, for tests.
+//! Terminal screens as text, for tests.
 
 use std::sync::LazyLock;
 
@@ -110,7 +110,7 @@ pub(crate) fn whole_panels(screen: &[String]) {
     assert!(ends.iter().all(|count| *count == ends[0]), "{ends:?}");
 }
 
-/// Draws a state, with or without a page of the list of keys.
+/// Draws a state; with a [`Help`], also the key list, at its page.
 type Draw = dyn Fn(&mut Frame<'_>, Option<Help>);
 
 /// State of a full-screen program, for tests that run over all states.
@@ -124,7 +124,7 @@ pub(crate) struct Example {
 }
 
 impl Example {
-    /// `model` creates the model, with or without a page of the list of keys.
+    /// `model` creates the state to draw; its argument is the key list if that is shown.
     pub(crate) fn new<M: 'static>(
         name: &'static str,
         needs: &[&str],

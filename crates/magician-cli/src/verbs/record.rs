@@ -132,7 +132,7 @@ impl Record {
     }
 }
 
-/// Fails before an arm is connected if the file cannot be recorded.
+/// Fails, before an arm is connected, if no recording can be written to this file.
 pub(super) fn check(file: &Path, law: bool, context: &Context) -> Result<(), Failure> {
     let format = Format::of(file)?;
     if law && format.is_program() {
@@ -149,7 +149,8 @@ pub(super) fn check(file: &Path, law: bool, context: &Context) -> Result<(), Fai
     Ok(())
 }
 
-/// Shows the summary of a recording, and the residue of its readings if `law` is set.
+/// Shows the summary of a recording and, if `law` is set, the deviation of its readings from the
+/// law of motion.
 pub(super) fn show(summary: &Summary, law: bool, context: &mut Context) -> Result<(), Failure> {
     // Computed from the file, so that a later `replay` of it gives the same numbers.
     let law = if law {

@@ -56,7 +56,7 @@ pub(crate) struct Bench {
     only: Vec<Measurement>,
 }
 
-/// A measurement.
+/// Measurement that `--only` can select, as numbered in the help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Measurement {
     H1,
@@ -80,7 +80,7 @@ impl Bench {
         self.only.is_empty() || self.only.contains(&which)
     }
 
-    /// True if a measurement needs the arm to draw over the first connection.
+    /// True if a selected measurement draws over the connection of this verb; h4 opens its own.
     fn draws(&self) -> bool {
         let drawn = [
             Measurement::H1,

@@ -130,7 +130,7 @@ impl Calibrate {
     }
 }
 
-/// Finds the subject's position, shows it, and saves it if wanted.
+/// Calibrates `subject`, shows the result, and saves it if the user agrees.
 fn find(
     subject: Subject,
     given: Option<Vec<Touch>>,
@@ -227,7 +227,7 @@ fn touch_failure(problem: Diagnostic) -> Failure {
     }
 }
 
-/// Decision about saving.
+/// States whether a result is saved to the settings file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SaveDecision {
     Yes,
@@ -236,7 +236,7 @@ enum SaveDecision {
     Ask,
 }
 
-/// Asks on the terminal; false without one.
+/// Asks on the terminal whether to save the result; false with `--json` or without a terminal.
 fn ask_to_save(json: bool) -> Result<bool, Failure> {
     if json || !io::stdin().is_terminal() || !io::stderr().is_terminal() {
         return Ok(false);
@@ -249,7 +249,8 @@ fn ask_to_save(json: bool) -> Result<bool, Failure> {
     Ok(matches!(line.trim(), "y" | "Y" | "yes"))
 }
 
-/// Returns the tool of points given as numbers. It matters only for the calibration of a tool.
+/// Returns the tool with which points given on the command line were touched. Only the calibration
+/// of a tool depends on it.
 fn tool_of_points(
     subject: Subject,
     mounted: TouchingTool,
