@@ -45,7 +45,7 @@ pub(crate) enum Action {
     Silence,
     /// Lets time pass.
     Wait(Duration),
-    /// Lets time pass until this long after the last set or queued command.
+    /// Lets time pass until this much has elapsed since the last set or queued command.
     At(Duration),
     /// Lets time pass until the last queued command has finished; with the expected time and its
     /// tolerance.
@@ -93,9 +93,9 @@ pub(crate) enum Alarms {
     Without(Vec<u8>),
 }
 
-/// Default tolerance of a time. Choice.
+/// Default tolerance of an expected time. A choice, not a measurement.
 const EXACTLY: Duration = Duration::from_millis(2);
-/// Most repetitions of a step. Choice.
+/// Most repetitions of a step. A choice, not a measurement.
 const MOST: u32 = 10_000;
 
 /// Parses the lines of a case; `first` is the number of the first line.
@@ -245,7 +245,7 @@ fn frame(words: &[String]) -> Result<FrameBuf, String> {
     let [name, ctrl, params @ ..] = words else {
         return Err("write frame COMMAND CTRL BYTES".to_owned());
     };
-    // Also by number, for ids that no command has.
+    // The command may be given by number, for ids that no command has.
     let id = match name.parse::<u8>() {
         Ok(id) => id,
         Err(_) => {
@@ -328,7 +328,7 @@ fn alarms(words: &[String]) -> Result<Alarms, String> {
         [] => Err(
             "write alarms none, alarms 0x11, alarms with 0x11 or alarms without 0x11".to_owned(),
         ),
-        // A word, because an empty list would look like a forgotten one.
+        // No alarms are written as `none`, because an empty list would look like an omission.
         [none] if none == "none" => Ok(Alarms::Are(Vec::new())),
         [with, rest @ ..] if with == "with" => codes(rest).map(Alarms::With),
         [without, rest @ ..] if without == "without" => codes(rest).map(Alarms::Without),

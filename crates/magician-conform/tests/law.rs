@@ -21,8 +21,8 @@ fn whole(seconds: f64) -> f64 {
     (seconds / T - ROUNDING).ceil() * T
 }
 
-/// Returns the time of a path segment: the nearest whole number of periods, at least one. A tie,
-/// apart from the rounding of the segment's ends to binary32, goes to the longer one.
+/// Returns the time of a path segment: the nearest whole number of periods, at least one. A tie
+/// rounds up, with a tolerance because the segment's ends were rounded to binary32.
 fn nearest(seconds: f64) -> f64 {
     (seconds / T + 0.5 + ROUNDING).floor().max(1.0) * T
 }
@@ -46,8 +46,8 @@ impl Way {
         whole(self.seconds())
     }
 
-    /// Returns the position at a time: the sum of the speeds at the ends of its periods, and the
-    /// target at the end of the last.
+    /// Returns the position at a time: the sum of the distances in the periods that have ended,
+    /// each the speed at its end times its length. After the last period this is the target.
     fn place(self, at: f64) -> f64 {
         let Self(length, v, a) = self;
         if ended(at) >= ended(self.lasts()) {
@@ -62,7 +62,7 @@ impl Way {
     }
 }
 
-/// Returns the distance of a jog after a time, from one speed to another.
+/// Returns the distance that a jog covers in a time while `speed` changes to `target`.
 fn jog(mut speed: f64, target: f64, a: f64, at: f64) -> f64 {
     let mut place = 0.0;
     for _ in 0..ended(at) {
@@ -72,8 +72,8 @@ fn jog(mut speed: f64, target: f64, a: f64, at: f64) -> f64 {
     place
 }
 
-/// Returns the speeds at the joints of a path of these lengths at 100 mm/s2 and 100 mm/s, at rest
-/// at both ends, and at most `corner` at a joint.
+/// Returns the speeds at the ends and junctions of path segments of these lengths: 0 at both ends,
+/// and at most `corner` at a junction. The path has 100 mm/s2 and at most 100 mm/s.
 fn joints(lengths: &[f64], corner: f64) -> Vec<f64> {
     let count = lengths.len();
     let mut squares = vec![(corner * corner).min(100.0 * 100.0); count + 1];
@@ -127,9 +127,11 @@ impl Segment {
         ((peak - entry).abs() / 100.0, (peak - exit).abs() / 100.0)
     }
 
-    /// Returns the position at a time of a segment in whole periods. In less time each part is
-    /// shortened by the same factor. In more time it has a lower peak, waits for its ramp, or moves
-    /// evenly if its speeds allow nothing else.
+    /// Returns the position at a time, with the segment's duration rounded to whole periods.
+    ///
+    /// If that shortens the segment, all its parts are shortened by the same factor. If it
+    /// lengthens the segment, the peak speed is lower; a peak between the speeds at the ends is a
+    /// plateau within the only ramp. If neither is possible, the speed is constant.
     fn place(self, at: f64) -> f64 {
         let Self {
             length,
@@ -244,7 +246,7 @@ impl Cases {
         Self(cases)
     }
 
-    /// Returns the steps of a case with this beginning.
+    /// Returns the steps of a case that start with `begin`, without that prefix.
     fn steps(&self, id: &str, begin: &str) -> Vec<&str> {
         let steps = self.0.get(id).unwrap_or_else(|| panic!("no case {id}"));
         steps
@@ -264,7 +266,7 @@ impl Cases {
         );
     }
 
-    /// Compares the values of the `nth` pose in a case; `joint_angle` by its joints.
+    /// Compares values of the `nth` pose in a case. `j1` to `j4` name elements of `joint_angle`.
     fn pose(&self, id: &str, nth: usize, values: &[(&str, f64)]) {
         let step = self.steps(id, "get Pose -> ")[nth];
         for (name, value) in values {
@@ -334,7 +336,7 @@ fn point_to_point_follows_from_the_law() {
     let y = -0.5 * chord + line(chord).place(1.497);
     let x = HOME_X * 30.0_f64.to_radians().cos();
     cases.pose("ptp.mode-5-is-straight", 0, &[("x", x), ("y", y)]);
-    // 2 sqrt(90/300).
+    // 2 sqrt(90/300) s: the speed of 320 deg/s is not reached.
     cases.lasts("ptp.joint-ceilings", 0, Way(90.0, 320.0, 300.0).lasts());
     for (name, v, a) in [("slow-ramps", 200.0, 50.0), ("slow-speed", 50.0, 200.0)] {
         let id = format!("ptp.ratios-apart-{name}");
@@ -352,7 +354,8 @@ fn point_to_point_follows_from_the_law() {
         1,
         &[("j1", stands)],
     );
-    // 90 degrees in the 4 s of the rail: a triangle of 4 s / t2.
+    // J1 turns 90 degrees in the 4 s that the rail takes. Its speed profile is a triangle, with an
+    // acceleration of 4 * angle / duration^2.
     let along = Way(90.0, 200.0, 4.0 * 90.0 / (4.0 * 4.0)).place(2.0);
     cases.pose("rail.on-the-way", 0, &[("j1", along)]);
     let rail = cases.steps("rail.on-the-way", "get PoseL -> pose_l=")[0];
@@ -402,8 +405,8 @@ fn jumps_follow_from_the_law() {
 #[test]
 fn arcs_follow_from_the_law() {
     let cases = Cases::read();
-    // Point-to-point speeds at power-up: 200 mm/s and 200 mm/s2, which most cases set to a ratio of
-    // 100. A circle of 50 mm around x = 200.
+    // Point-to-point speeds at power-up are 200 mm/s and 200 mm/s2; most cases set their ratio to
+    // 100. The circle has a radius of 50 mm around x = 200.
     let turn = |share: f64| Way(share * std::f64::consts::TAU * 50.0, 200.0, 200.0);
     let at = |way: Way, seconds: f64| (way.place(seconds) / 50.0).sin_cos();
     let (half, full) = (turn(0.5), turn(1.0));
@@ -493,7 +496,7 @@ fn jogs_follow_from_the_law() {
 fn continuous_paths_follow_from_the_law() {
     let cases = Cases::read();
     let straight = |count: usize, length: f64| path(&vec![length; count], f64::INFINITY);
-    // 0.5 planAcc period / sin(45 degrees).
+    // Speed at a right-angled corner: 0.5 planAcc period / sin(45 degrees).
     let right_angle = 0.5 * 100.0 * T / 45.0_f64.to_radians().sin();
     cases.lasts("cp.blends-collinear", 0, path_lasts(&straight(10, 10.0)));
     cases.lasts("cp.indices-on-the-way", 0, path_lasts(&straight(2, 50.0)));
@@ -522,7 +525,8 @@ fn continuous_paths_follow_from_the_law() {
         0,
         path_lasts(&straight(4, 25.0)),
     );
-    // 4.5 mm up to 30 mm/s at 100 mm/s2 and as much to rest, and 30 segments at that speed between.
+    // A ramp of 4.5 mm up to 30 mm/s at 100 mm/s2, 30 segments at that speed, and a ramp of 4.5 mm
+    // to rest.
     for (nth, length) in [1.0, 1.4].into_iter().enumerate() {
         let lasts = 2.0 * nearest(0.3) + 30.0 * nearest(length / 30.0);
         cases.lasts("cp.whole-periods", nth, lasts);

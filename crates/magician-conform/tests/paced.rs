@@ -1,5 +1,5 @@
-//! The cases over a paced line (`--baud`), on an arm that follows the wall clock (`--speed`): as
-//! for a real arm, but with a wall clock that the test advances.
+//! Runs the cases over a line with a baud rate (`--baud`), on an arm that follows the wall clock
+//! (`--speed`), as a real arm does. The test advances the wall clock itself.
 
 use std::time::Duration;
 
@@ -118,8 +118,8 @@ fn the_cases_pass_over_a_line_that_takes_its_time() {
     assert!(passed > 150, "{passed} cases were done");
 }
 
-/// The waits of a case pass on the wall clock, which is twice as much for the arm; durations of
-/// commands follow the arm's clock.
+/// Runs only cases without waits. A wait follows the wall clock and is twice as long for this arm;
+/// durations of commands follow the arm's clock.
 #[test]
 fn commands_take_as_long_on_an_arm_twice_as_fast() {
     let timed = |case: &Case| {

@@ -11,7 +11,6 @@ use super::{
 use crate::step::{Alarms, Finished};
 use crate::target::Target;
 
-/// Time, queue and alarms.
 impl<T: Target> Session<T> {
     /// Returns the arm's clock: exact if it is stepped, else read over the line.
     async fn clock(&mut self) -> Result<ArmInstant, StepError> {
@@ -31,7 +30,7 @@ impl<T: Target> Session<T> {
         Ok(())
     }
 
-    /// Returns the time since the last set or queued command. The clock on a line wraps.
+    /// Returns the time since the last set or queued command. A clock read over a line may wrap.
     async fn elapsed(&mut self) -> Result<Duration, StepError> {
         // A 32-bit counter of milliseconds wraps after 49.7 days.
         let wrap = Duration::from_millis(1 << 32);

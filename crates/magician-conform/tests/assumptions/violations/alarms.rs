@@ -1,4 +1,5 @@
-//! Alarms and limits, lost steps, teaching by hand, keys and programs in the flash.
+//! Violations of the assumptions about alarms and limits, lost steps, teaching by hand, keys, and
+//! programs in the flash.
 
 use std::cell::Cell;
 

@@ -1,4 +1,4 @@
-//! Frames.
+//! Violations of the assumptions about frames.
 
 use magician_protocol::{Ctrl, FrameBuf, QueuedCmdIndex, Request, Row, checksum};
 use magician_sim::fidelity::Assumption as A;
@@ -34,7 +34,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             Err(_) => Fate::Unanswered,
             Ok(_) => Fate::Taken,
         }),
-        // Bit 1 counts only together with bit 0.
+        // Bit 1 of Ctrl (isQueued) counts only together with bit 0 (rw).
         A::QueuedBitAlone => requests(|_, frame| match frame.frame().ctrl() {
             ctrl if ctrl.queued() && !ctrl.write() => empty(frame),
             _ => Fate::Taken,

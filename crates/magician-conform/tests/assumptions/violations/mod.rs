@@ -86,7 +86,7 @@ fn hides(codes: &'static [u8]) -> Violation {
     })
 }
 
-/// Alters a command: an immediate one, or with `true` a queued one.
+/// Alters a command. `change` gets true for a queued command, false for an immediate one.
 fn sets(change: impl Fn(&mut Controller, &mut Set, bool) + 'static) -> Violation {
     requests(move |arm, frame| {
         let ctrl = frame.frame().ctrl();
@@ -120,7 +120,7 @@ fn empty(frame: &FrameBuf) -> Fate {
     Fate::Answered(FrameBuf::new(frame.id(), frame.ctrl(), &[]).expect("fits"))
 }
 
-/// Returns a point-to-point move, whichever command contains it.
+/// Returns the point-to-point move of a command. `None` for other commands.
 fn ptp(set: &mut Set) -> Option<&mut PtpCmd> {
     match set {
         Set::PtpCmd(ptp) => Some(ptp),

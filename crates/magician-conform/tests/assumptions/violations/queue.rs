@@ -1,4 +1,4 @@
-//! The queue.
+//! Violations of the assumptions about the queue.
 
 use std::cell::Cell;
 
