@@ -7,8 +7,8 @@
 //! 3. UTF-8, if the bytes are valid UTF-8,
 //! 4. a guess that depends on the format ([`Fallback`]), reported as a note.
 //!
-//! A carriage return alone also ends a line. Places in a [`Diagnostic`] count in the decoded text,
-//! so a front end that shows a line of the file must take it from [`source_text`].
+//! A lone carriage return also ends a line. Positions in a [`Diagnostic`] refer to the decoded
+//! text, so a front end that shows a line of the file must take it from [`source_text`].
 
 use magician_host::message;
 use std::borrow::Cow;
@@ -28,7 +28,8 @@ pub(crate) enum Fallback {
         allow(dead_code, reason = "only texts that people write are guessed")
     )]
     Western,
-    /// Map each byte to one character, for formats that define bytes.
+    /// Map each byte to one character: for formats that are defined in bytes (HPGL), or have other
+    /// characters only in comments (G-code).
     #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
     Bytes,
     /// Refuse: the format requires UTF-8.
@@ -212,7 +213,7 @@ fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
         let value = value.strip_prefix('=')?.trim_start();
         let quote = value.chars().next().filter(|sign| "'\"".contains(*sign))?;
         let name = value[1..].split(quote).next()?.trim();
-        // A declaration that was readable as bytes cannot be in UTF-16: ignore it.
+        // A file whose declaration is readable byte by byte is not UTF-16: ignore the declaration.
         let wrong = name.to_ascii_lowercase().starts_with("utf-16");
         return (!wrong).then(|| name.to_owned());
     }
@@ -234,7 +235,8 @@ fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
     })
 }
 
-/// Decodes in the declared encoding. `None` if the declaration adds nothing to what the bytes show.
+/// Decodes in the declared encoding. `None` if the declaration is not needed: it names UTF-8, or an
+/// unknown encoding although the bytes are valid UTF-8.
 #[cfg(any(feature = "drawings", feature = "programs"))]
 fn decode_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
     let encoding = encoding_rs::Encoding::for_label_no_replacement(name.as_bytes());
@@ -271,7 +273,7 @@ fn decode_declared<'b>(_: &'b [u8], _: String) -> Option<Result<Decoded<'b>, Dia
     None
 }
 
-/// Replaces carriage returns that end a line alone by line feeds. CR LF stays.
+/// Replaces each lone carriage return with a line feed. CR LF stays.
 ///
 /// Both are one byte, so offsets into the text stay valid.
 pub(crate) fn with_line_feeds(text: Cow<'_, str>) -> Cow<'_, str> {

@@ -60,7 +60,7 @@ pub struct PartPen {
 }
 
 impl Artwork {
-    /// Returns the index of a layer from 1, after adding it if it is new.
+    /// Returns the index (from 1) of a layer. Adds the layer if it is new.
     #[cfg(feature = "drawings")]
     pub(crate) fn layer(&mut self, layer: &Layer) -> u32 {
         numbered(&mut self.layers, layer)
@@ -92,7 +92,7 @@ impl Artwork {
     }
 }
 
-/// Returns the index of a value in a list from 1, after appending it if it is new.
+/// Returns the index (from 1) of a value in a list. Appends the value if it is new.
 #[cfg(feature = "drawings")]
 pub(crate) fn numbered<T: Clone + PartialEq>(list: &mut Vec<T>, value: &T) -> u32 {
     let place = list.iter().position(|known| known == value);

@@ -1,7 +1,7 @@
 //! Hatch patterns that a drawing defines itself: families of parallel, possibly dashed lines.
 
-/// Tolerance of a line at the very edge of an area, in distances between lines. Within it the line
-/// at the lower edge is drawn and that at the upper edge is not.
+/// Tolerance for a line on the edge of an area, as a share of the distance between lines. Within
+/// the tolerance, a line on the lower edge is drawn and a line on the upper edge is not.
 const EDGE_TOLERANCE: f64 = 1e-9;
 /// Largest number of lines and dashes per area. It bounds memory for patterns with a tiny distance.
 const MAX_LINES: f64 = 100_000.0;
@@ -44,8 +44,8 @@ impl LineFamily {
                 };
                 let level = |y: f64| ((y - base[1]) / step[1] - EDGE_TOLERANCE).ceil();
                 let (first, end) = (level(low[1]), level(high[1]));
-                // NaN and infinity fail the comparison too: lines without a distance are infinitely
-                // many.
+                // NaN and infinity fail the comparison too: a line distance of 0 gives infinitely
+                // many lines.
                 let is_bounded = (end - first) + crossings.len() as f64 <= MAX_LINES;
                 if !is_bounded {
                     return None;

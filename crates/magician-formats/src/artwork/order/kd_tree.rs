@@ -2,13 +2,13 @@
 //!
 //! Cells are halved across their longer side until few points are left in one.
 //!
-//! No library fits. `kiddo` panics if more ends meet in one point than its buckets hold, as the
-//! ends of a hatching do. `rstar` takes three times as long for a tour of the same length (20,000
-//! ends: 54 ms instead of 16 ms).
+//! No library fits. `kiddo` panics if more stroke ends coincide than a bucket holds, which happens
+//! in a hatching. `rstar` takes three times as long for a tour of the same length (20,000 ends:
+//! 54 ms instead of 16 ms).
 
 use super::super::distance;
 
-/// Largest number of points in a leaf. A choice.
+/// Largest number of points in a leaf. An arbitrary choice.
 const LEAF_CAPACITY: usize = 8;
 
 /// A point and its owner.
@@ -25,12 +25,12 @@ pub(super) struct Entry {
 pub(super) struct KdTree {
     /// Points, contiguous within each cell.
     entries: Vec<Entry>,
-    /// Position in `entries` of each point as given.
+    /// Position in `entries` of each point, by its index in the input.
     places: Vec<usize>,
     gone: Vec<bool>,
     /// Bounding box of each cell.
     boxes: Vec<[[f64; 2]; 2]>,
-    /// Number of points of each cell not yet removed.
+    /// Number of remaining points in each cell.
     left: Vec<usize>,
 }
 
@@ -120,7 +120,7 @@ impl KdTree {
         self.divide(second, behind, unsorted);
     }
 
-    /// Removes a point by its index among the points as given. No effect if it is already removed.
+    /// Removes a point by its index in the input. No effect if it is already removed.
     pub(super) fn remove(&mut self, nth: usize) {
         let Some(place) = self.places.get(nth).copied() else {
             return;

@@ -30,7 +30,7 @@ pub(super) const MAX_POINTS: usize = 2_000_000;
 const MAX_PAIRS: usize = 5_000_000;
 /// Largest nesting depth of blocks. It protects the stack; real drawings nest a few levels.
 const MAX_DEPTH: usize = 32;
-/// Largest number of notes. A choice: a user does not read more.
+/// Largest number of notes. An arbitrary limit: users do not read more.
 const MAX_NOTES: usize = 50;
 /// Reason why an entity in paper space is not drawn.
 const ON_SHEET: &str = "it is on the sheet of a layout, not in the drawing";
@@ -236,7 +236,8 @@ impl<'p> Canvas<'p> {
         if record.integer(60)? == 1 {
             return self.leave_out(record, "it is invisible");
         }
-        // Code 67 marks entities in paper space. Those of a block belong wherever it is inserted.
+        // Code 67 marks entities in paper space. It is ignored within a block, whose entities are
+        // drawn wherever the block is inserted.
         if !place.is_in_block() && (record.integer(67)? == 1) != self.on_sheet {
             if self.on_sheet {
                 return Ok(());
@@ -434,8 +435,8 @@ impl<'p> Canvas<'p> {
         self.drawing.arrow(style.unwrap_or("STANDARD"))
     }
 
-    /// Returns a character with capitals of `size` units of the drawing. `None`, with a note, if no
-    /// font has it.
+    /// Returns the glyph of a character, at the size at which capitals are `size` drawing units
+    /// high. `None`, with a note, if no font has the character.
     pub(super) fn glyph(
         &mut self,
         character: char,
@@ -508,7 +509,7 @@ impl<'p> Canvas<'p> {
         Ok(points)
     }
 
-    /// Returns the place of an entity with the name of its layer, and its style.
+    /// Returns the origin of an entity, named after its layer, and the style of the entity.
     fn named(&mut self, record: &Record<'p>, layer: &'p str) -> (Origin, Style) {
         let index = *self.layers.entry(layer).or_insert_with(|| {
             self.names.push(layer.to_owned());

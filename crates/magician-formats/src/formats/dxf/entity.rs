@@ -53,9 +53,9 @@ pub(super) fn draw<'p>(
     }
 }
 
-/// Transform from an entity's own plane, at a height above it, to the drawing seen from above. The
-/// plane is given by its normal, and its x axis by the arbitrary axis algorithm of the DXF
-/// Reference.
+/// Transform from an entity's object coordinate system (OCS), at a height above its plane, to the
+/// drawing seen from above. The plane is given by its normal, and its x axis by the arbitrary axis
+/// algorithm of the DXF Reference.
 pub(super) fn plane(record: &Record<'_>, height: f64) -> Result<Affine, Diagnostic> {
     let normal = normal(record)?;
     let [nx, ny, nz] = normal;
@@ -91,7 +91,7 @@ fn unit(vector: [f64; 3]) -> [f64; 3] {
     [x / length, y / length, z / length]
 }
 
-/// Draws one entity.
+/// Entity to draw, with its layer and its transform to mm.
 struct Pen<'p> {
     record: &'p Record<'p>,
     layer: &'p str,
@@ -103,7 +103,8 @@ impl<'p> Pen<'p> {
         canvas.stroke(points, self.record, self.layer)
     }
 
-    /// Draws a straight line through points of the drawing; a closed one returns to the first.
+    /// Draws straight lines through the points with these group codes; if `closed`, back to the
+    /// first point.
     fn line(&self, canvas: &mut Canvas<'p>, codes: &[i32], closed: bool) -> DrawResult {
         let mut points = Vec::new();
         for code in codes {
@@ -204,7 +205,7 @@ impl<'p> Pen<'p> {
         let mut level = None;
         let mut flat = true;
         for vertex in vertices {
-            // A control vertex of a spline; the curve has separate vertices.
+            // Skip the control vertices of a spline: the curve has its own vertices.
             if vertex.integer(70)? & 16 != 0 {
                 continue;
             }

@@ -9,7 +9,7 @@ use crate::{Diagnostic, Origin};
 pub(super) struct Pair<'t> {
     pub(super) code: i32,
     pub(super) value: &'t str,
-    /// The value with surrounding blanks, which count in texts.
+    /// The value with surrounding blanks, which are significant in texts.
     pub(super) verbatim: &'t str,
     pub(super) origin: Origin,
 }
@@ -112,7 +112,7 @@ impl<'p> Record<'p> {
         self.first(code).map(|pair| pair.value)
     }
 
-    /// Returns that value with surrounding blanks.
+    /// Returns the first value with this code, including surrounding blanks.
     pub(super) fn verbatim(&self, code: i32) -> Option<&'p str> {
         self.first(code).map(|pair| pair.verbatim)
     }
@@ -150,6 +150,7 @@ impl<'p> Record<'p> {
         })
     }
 
+    /// Returns the first whole number with this code, or 0 if there is none.
     pub(super) fn integer(&self, code: i32) -> Result<i64, Diagnostic> {
         self.first(code).map_or(Ok(0), Pair::integer)
     }

@@ -1,5 +1,5 @@
-//! Detection of values that usvg cannot parse. It silently drops the element, or ends the path
-//! there, so a note must say so.
+//! Detection of values that usvg cannot parse. usvg silently drops such an element, or ends a path
+//! at the flaw, so this module reports it in a note.
 
 use magician_host::{Message, message};
 use std::collections::HashSet;
@@ -107,7 +107,7 @@ impl<'a> Ids<'a> {
             )];
         }
         let mut remarks = Vec::new();
-        // Variables are expanded later.
+        // Values with CSS variables are not checked here: they are expanded later.
         let value = |name: &str| {
             let value = node.attribute(name).map(str::trim);
             value.filter(|value| !value.contains("var("))

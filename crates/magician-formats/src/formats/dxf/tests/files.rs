@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// True if the stroke is as long as the curve, minus what chords within the tolerance are shorter.
+/// True if the stroke is as long as the curve, less the shortening by chords within the tolerance.
 fn is_length(stroke: &Stroke, length: f64) -> bool {
     stroke.length() <= length + 1e-9 && stroke.length() > length * 0.999
 }

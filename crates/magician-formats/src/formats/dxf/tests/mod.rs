@@ -1,4 +1,4 @@
-//! Tests of DXF: drawings written as words, and as files.
+//! Tests of DXF: with entities given as a string of codes and values, and with files.
 
 mod blocks;
 mod entities;
@@ -55,7 +55,7 @@ fn entities(words: &str) -> (Vec<Stroke>, Vec<String>) {
     (artwork.strokes, notes.collect())
 }
 
-/// Returns the only line of an entity, which causes no notes.
+/// Returns the points of an entity's only line. Panics if there are other lines, or notes.
 fn entity(words: &str) -> Vec<[f64; 2]> {
     let (strokes, notes) = entities(words);
     assert_eq!(notes, [""; 0]);
