@@ -45,7 +45,7 @@ pub fn raises_laser_pin(command: &Set) -> bool {
     };
     match command {
         Set::IoDo(output) => is_laser(output.address.into()) && output.level.is_on(),
-        // PWM exists on EIO 4 alone of the two pins; the supply has only levels.
+        // Of the two pins only EIO 4 has PWM; the supply has only levels.
         Set::IoPwm(output) => output.address == LASER_POWER && is_above_zero(output.duty_cycle),
         Set::PtpPoCmd(command) => raised(&command.po),
         Set::PtpPoWithLCmd(command) => raised(&command.po),
@@ -57,8 +57,8 @@ fn is_above_zero(share: f32) -> bool {
     share.is_nan() || share > 0.0
 }
 
-/// True as for [`burns`], but for a frame. A frame that could burn and cannot be decoded counts as
-/// burning.
+/// True if a frame may light the laser (see [`burns`]). A frame that could burn and cannot be
+/// decoded counts as burning.
 pub fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
     let row = Row::with_id(frame.id());
     // Reads never burn, and unknown ids have no known effect.
@@ -70,8 +70,7 @@ pub fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
     command.map_or(true, |command| burns(&command, laser_pins))
 }
 
-/// True if a frame may start a stopped queue, whose waiting commands then run, whichever program
-/// queued them.
+/// True if a frame may start a stopped queue. The waiting commands of all programs then run.
 pub fn frame_releases_queue(frame: &Frame<'_>) -> bool {
     // Clearing the alarms releases a queue that an alarm holds.
     let releases = [
@@ -97,7 +96,8 @@ mod tests {
     use super::*;
     use crate::build;
 
-    /// Rows that claim not to burn are never examined, so their list must be right.
+    /// [`frame_burns`] does not decode a command whose row says that it cannot burn, so the rows
+    /// must be right.
     #[test]
     fn the_table_knows_what_may_burn() {
         use magician_protocol::commands::TABLE;
@@ -178,7 +178,7 @@ mod tests {
         ]
     }
 
-    /// Commands of each class, with true if they burn: with a laser on the pins, and without.
+    /// Commands of each class, and whether each burns with and without a laser on the pins.
     fn table() -> Vec<(Set, bool, bool)> {
         let mut table = vec![
             (laser(1, 1), true, true),

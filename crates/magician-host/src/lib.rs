@@ -14,7 +14,8 @@
 //!   virtual arm on one virtual clock.
 //!
 //! Lengths are mm, angles degrees, times microseconds unless a name says otherwise. Errata (E37)
-//! are listed in `docs/reference/ERRATA.md` of the repository, model sections in `docs/reference/MODEL.md`.
+//! are listed in `docs/reference/ERRATA.md` of the repository, model sections in
+//! `docs/reference/MODEL.md`.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]

@@ -6,8 +6,8 @@
 //! is the last index given. If one of them does not hold, "lost" and "taken" cannot be
 //! distinguished, and every conclusion would be a guess.
 //!
-//! The [`IndexLawMonitor`] only listens and sends nothing. It checks each property against ordinary
-//! traffic:
+//! The [`IndexLawMonitor`] only listens and sends nothing. In ordinary traffic it looks for four
+//! violations:
 //!
 //! * *Step*: the indices of two consecutive commands that travelled alone differ by something other
 //!   than 1. Another host on the same arm causes this now and then, and so does a duplicated
@@ -17,11 +17,11 @@
 //!   second reading is lower instead.
 //! * *Back*: the current index goes back while the indices of new commands simply continue. A real
 //!   reset restarts them.
-//! * *Left space*: it determines the command at the queue's head, which must be neither before the
-//!   last current index nor beyond the next one. Commands queued by another host show in the next
-//!   index; after another host's Clear, the head stands still until the current index is right
-//!   again. So a mismatch counts once for each new head, and several of them without a match in a
-//!   filled queue break the law.
+//! * *Left space*: the head of the queue that the left space implies is before the last current
+//!   index or beyond the next one. Another host can cause this, too. If it queued commands, they
+//!   show in the next index. If it sent a Clear, the implied head stays the same until the current
+//!   index is right again. So each implied head counts once, and only several mismatches without a
+//!   match in a filled queue break the law.
 
 use std::fmt;
 
@@ -112,14 +112,15 @@ const FALSE_RESETS_TO_BREAK: u32 = 2;
 #[derive(Clone, Debug, Default)]
 pub(super) struct IndexLawMonitor {
     law: IndexLaw,
-    /// Index in the last reply, believed or not, if the next one can be compared with it.
+    /// Index in the last reply, correct or not. `None` if the next index cannot be compared with
+    /// it.
     last: Option<u64>,
     good: u32,
     odd: u32,
     /// Highest current index read since power-up.
     highest: u64,
-    /// Index given to a command although this current index, not lower, was read before it was
-    /// sent.
+    /// Index given to a command, and a current index, not lower, that was read before the command
+    /// was sent.
     contradicted: Option<(u64, u64)>,
     /// True if every reply since `highest` was read continued the count.
     unbroken: bool,
@@ -134,8 +135,8 @@ pub(super) struct IndexLawMonitor {
 struct LeftSpaceCheck {
     /// Head that the next current index must have reached.
     ahead: Option<(u64, QueueReading)>,
-    /// More commands wait than possible, unless some belong to another host, which the next index
-    /// shows.
+    /// Reading with more waiting commands than this host can have queued. The next index shows
+    /// whether another host queued some of them.
     excess: Option<QueueReading>,
     /// Consecutive mismatches.
     strikes: u32,
@@ -244,7 +245,7 @@ impl IndexLawMonitor {
         };
         if head > reached {
             self.strike(current, look);
-        // An empty queue fits by itself, so only a match in a filled one clears the count.
+        // An empty queue always matches, so only a match in a filled one clears the count.
         } else if look.waiting > 0 {
             self.left_space_check.strikes = 0;
         }

@@ -11,11 +11,11 @@ use super::outstanding::{Key, SentFrame};
 use super::planted_bug::{PlantedBug, is_planted};
 use super::{Connection, IndexLaw, Micros, Priority};
 
-/// Number of replies for which reads wait their turn after the first loss from a pair; doubled by
-/// each further loss.
-// A choice: a controller that takes one frame at a time then costs a few doubts.
+/// Number of received frames after the first lost frame of a pair until pairs are sent again. Each
+/// further loss doubles it.
+// A choice: a controller that accepts one frame at a time then puts only a few commands in doubt.
 const FIRST_PAUSE: u64 = 256;
-/// Largest number of doublings: [`FIRST_PAUSE`] then is days of a full line.
+/// Largest number of doublings of [`FIRST_PAUSE`]. The pause then lasts days on a busy line.
 const MAX_DOUBLINGS: u32 = 20;
 
 /// Tracks whether this controller accepts a read and a queued command at the same time. This
@@ -68,8 +68,8 @@ impl Connection {
         let job = *self.lanes[lane as usize].front()?;
         let pairs = only.queued() && job.reads() || only.reads() && job.queued();
         let waits = lane == Priority::Stream && self.wants_drain();
-        // Sent directly behind the command, the read is on the line while the controller answers
-        // it.
+        // Byte counts for the pacing: a read sent directly behind the command travels while the
+        // controller answers the command.
         let [before, bytes] = [only, &job].map(|job| job.frame.bytes().len());
         if !pairs || waits || !self.may_join(&job) || self.must_wait_for_fence(&job) {
             return None;
@@ -110,11 +110,13 @@ impl Connection {
         }
     }
 
-    /// Ends a doubt by a reply with `index` that matches no outstanding frame. True if it did.
+    /// Ends the doubt if a reply that matches no outstanding frame, with this `index`, answers the
+    /// command in doubt. Returns true if it does.
     ///
-    /// If it answers the command of a pair, the controller has answered the read first, against
-    /// errata E06, and the command is in doubt although nothing was lost. At window 1 no other
-    /// frame of its key can be meant, and the index is the one it would have.
+    /// This happens if the controller answers the read of a pair before the command, contrary to
+    /// errata E06: the command is then in doubt although nothing was lost. The reply must be that
+    /// of the command, because at window 1 no other frame with the same key is unanswered, and the
+    /// index is the next one.
     pub(super) fn ends_doubt_late(&mut self, frame: &FrameBuf, index: u64, now: Micros) -> bool {
         let (key, next) = (Key::of(&frame.frame()), self.tracker.next());
         let answers = |doubt: &mut Doubt| doubt.job.paired && doubt.job.key == key;

@@ -2,8 +2,8 @@
 
 use super::Micros;
 
-/// Part of the expected progress below which the clock was set back, per mille. Crystals are far
-/// better than 5 %.
+/// Smallest share of the expected progress that shows no reset, per mille. The error of crystals is
+/// far below the remaining 5 %.
 const MIN_PROGRESS_PER_MILLE: u64 = 950;
 /// Additional tolerance for delays of requests and replies, us.
 const PROGRESS_TOLERANCE: Micros = 50_000;

@@ -5,7 +5,7 @@ use magician_motion::{Breach, FencePart, MotionError, Unreachable};
 
 use crate::{Message, message};
 
-/// Sentence of an impossible motion.
+/// Returns the message for a motion that cannot be planned.
 pub(crate) fn of_motion(error: &MotionError) -> Message {
     let message = match *error {
         MotionError::Unreachable(Unreachable::TooFar { distance, limit }) => message!(
@@ -36,14 +36,14 @@ pub(crate) fn of_motion(error: &MotionError) -> Message {
         }
         MotionError::Coincident => message!("two of the three points of the arc are the same"),
         MotionError::Collinear => message!("the three points of the arc are on a straight line"),
-        // Variants without values worth a template of their own.
+        // The messages of the other variants have no template.
         _ => error.to_string().into(),
     };
     debug_assert_eq!(message, error.to_string());
     message
 }
 
-/// Sentence of a breach of the fence.
+/// Returns the message for a breach of the fence.
 pub(crate) fn of_breach(breach: &Breach) -> Message {
     let Breach {
         part, value, limit, ..

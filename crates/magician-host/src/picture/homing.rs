@@ -11,14 +11,16 @@ use magician_protocol::{Alarm, AlarmSet, Frame, Row, Set, Writable};
 // J4 belongs to the tool, which an arm may lack.
 const HOME_JOINTS: [f32; 3] = [0.0, 45.0, 45.0];
 /// Largest deviation from the home point after a homing, deg.
-// A choice: 2.5 mm at the tip, above the error of homing and below any intended other pose.
+// A choice: 2.5 mm at the tip, more than the error of homing and less than the distance to any
+// other pose in use.
 const AT_HOME: f32 = 0.5;
 
 /// Homing state of one arm, as a connection sees it.
 ///
 /// The home point must be checked because a stop by another program also makes the index count the
-/// command as finished. If other motions were queued behind the homing, the arm has moved on; a
-/// stop then shows in their queue instead.
+/// command as finished. If other motions were queued behind the homing, the arm has left the home
+/// point, which is then not checked: a stop would show in the queue, because it drops these
+/// motions.
 ///
 /// Only queued homing can be followed: an immediate one has no index that shows its end.
 #[derive(Clone, Debug, Default)]
@@ -113,8 +115,9 @@ impl HomingTracker {
         }
     }
 
-    /// Processes a pose. At the firmware's home point homing is confirmed. Elsewhere the arm may
-    /// have another home point, which [`stood_at_home`](Self::stood_at_home) decides.
+    /// Processes a pose. A pose at the firmware's home point confirms the homing. Any other pose
+    /// leaves it open, because the arm may have another home point; the caller then calls
+    /// [`stood_at_home`](Self::stood_at_home).
     pub(super) fn read_pose(&mut self, pose: &Pose) {
         let turned = { pose.joint_angle.iter().zip(HOME_JOINTS) }.map(|(joint, home)| joint - home);
         if { turned }.all(|angle| angle.abs() <= AT_HOME) {

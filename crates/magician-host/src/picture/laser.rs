@@ -90,8 +90,8 @@ impl LaserEffect {
                 _ => return None,
             },
             Set::IoPwm(output) if output.address != LASER_POWER => return None,
-            // A list that raises no laser pin does not count as switching one off: errs towards
-            // burning.
+            // A list that raises no laser pin does not count as switching one off: if in doubt, the
+            // laser counts as burning.
             Set::PtpPoCmd(_) | Set::PtpPoWithLCmd(_) if !burns => return None,
             _ => channels,
         };
@@ -99,7 +99,7 @@ impl LaserEffect {
     }
 }
 
-/// State of the laser apart from waiting commands.
+/// Knowledge of the laser's state, without the effect of the commands that wait in the queue.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LaserPicture {
     /// Ways in which commands of this connection lit it.
@@ -108,9 +108,10 @@ pub(super) struct LaserPicture {
     register: Option<bool>,
     /// True if one of the laser's pins was high when they were last read. `None` if unknown.
     pins: Option<bool>,
-    /// True if commands of other programs are in the queue, which cannot be read there.
+    /// True if the queue holds commands of other programs. The host cannot read them back from the
+    /// arm.
     foreign: bool,
-    /// True if it may have been lit over this connection before the arm seemed to be reset.
+    /// True if this connection may have lit the laser before an apparent reset of the arm.
     before_reset: bool,
 }
 
@@ -179,7 +180,7 @@ impl LaserPicture {
     }
 
     pub(super) fn reset(&mut self) {
-        // "Seemed": a misread clock must not turn a burning laser into a dark one.
+        // The reset may be false: if the clock was misread, a burning laser must not count as off.
         *self = Self {
             before_reset: self.before_reset || self.lit.meet(Channels::ALL),
             ..Self::default()

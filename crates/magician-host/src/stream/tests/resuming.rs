@@ -94,7 +94,7 @@ fn an_engraving_interrupted_at_any_instant_goes_on_and_ends_dark() {
         .collect();
     let mut turn = 0;
     while let Some(mut rig) = broken(&program, turn) {
-        // No host comes back: the arm must end dark.
+        // On a copy to which no host reconnects, the arm must switch the laser off by itself.
         let end = rig.pair.now + 4 * SECOND;
         let mut arm = rig.pair.arm.clone();
         arm.advance(ArmInstant::from_micros(end));
