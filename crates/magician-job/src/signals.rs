@@ -7,8 +7,8 @@
 
 use std::time::Duration;
 
-/// Time from the first stop until a second one counts. Repeats by kernel and shell come within 0.1
-/// s; a person who sees that the arm still moves takes longer.
+/// Time from the first stop until a second one counts. Repeats by kernel and shell come within
+/// 0.1 s; a person who sees that the arm still moves takes longer.
 pub const SECOND_STOP_DELAY: Duration = Duration::from_millis(500);
 
 /// Signal or request to end a run.

@@ -1,5 +1,5 @@
-//! Touch-off: the work surface from an arm whose tool touches it. Used by every front end that
-//! takes a height or a corner of the paper from the current pose, and for storing the result.
+//! Touch-off: measures the work surface with an arm whose tool touches it, and stores the result.
+//! Every front end that takes a height or a corner of the paper from the current pose uses it.
 
 use magician::commands::{EndEffectorParams, Pose};
 use magician::message;

@@ -26,7 +26,8 @@ const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// Longest wait for a command that does not show in the pose: homing, a motor, the rail
 /// (model section 11).
 const MAX_HIDDEN_COMMAND_TIME: Duration = Duration::from_secs(60);
-/// Largest number of steps among which the pose may choose. A choice that bounds the work.
+/// Largest number of steps that are compared with the pose to find where to resume. An arbitrary
+/// limit, which bounds the work.
 const MAX_CANDIDATE_STEPS: u64 = 64;
 
 /// Place where a paused job resumes, and the arm's state at the pause.
@@ -96,7 +97,7 @@ impl Engine {
         if from.is_some_and(all_done) {
             return Ok(None);
         }
-        // From here on a stop finds everything recorded.
+        // The place to resume at is recorded: a stop from here on need not determine it.
         let rise = async {
             self.restore_full_speed(&self.arm).await?;
             let lift = self.lift(&stopped_at).await;
@@ -220,8 +221,8 @@ impl Engine {
         let at = [stopped_at.pose.x, stopped_at.pose.y, stopped_at.pose.z].map(f64::from);
         let started = self.tracker().pulled > 0;
         if reason == PauseReason::Part {
-            // Between parts the program has lifted the pen already, except for the rest computed
-            // here.
+            // Between parts the program has already lifted the pen; this computes the lift that is
+            // still missing.
             self.tracker().lift = ending.after_done(plan, at);
         }
         let lift = self.lift(stopped_at).await;
@@ -251,7 +252,7 @@ impl Engine {
     }
 
     /// Waits until the command in progress has ended, empties the queue and switches the laser off.
-    /// Returns how the arm stands.
+    /// Returns the pose and the index of the arm at rest.
     async fn come_to_rest(&self) -> Result<StopPosition, Error> {
         let arm = &self.arm;
         let began = Instant::now();
@@ -261,7 +262,8 @@ impl Engine {
             let pose = arm.get::<Pose>().await?;
             let now = StopPosition { pose, index };
             let still = before.replace(now) == Some(now);
-            // A pose that stands proves rest, unless the command in progress does not show in it.
+            // An unchanged pose proves that no command is in progress, unless the command does not
+            // change the pose.
             if still && !(self.is_hidden(index) && began.elapsed() < MAX_HIDDEN_COMMAND_TIME) {
                 break now;
             }
@@ -315,8 +317,8 @@ impl Engine {
         let StepRange { least, most } = tracker.counter.finished(stopped_at.index);
         let (least, most) = (from + least, from + most);
         let found = if least == most {
-            // The host splits burning lines into pieces: an unfinished step may be half done while
-            // its last piece is complete.
+            // The host splits burning lines into pieces, so an arm that has finished its last
+            // command may still stand within an unfinished step.
             let half =
                 self.burns && rest.stands_after(least, &stopped_at.pose, false) != Some(true);
             let half = half.then(|| rest.resume_place(ResumePoint::Again(least), &stopped_at.pose));
@@ -395,7 +397,7 @@ impl Engine {
                 Some(first) => ResumeError::Refused(Arc::new(first.error)),
                 None => ResumeError::Unknown,
             },
-            // Doubt, stops and journal faults do not come from a look at known steps.
+            // A check of known steps never returns doubt, a stop or a journal fault.
             _ => ResumeError::Unknown,
         })?;
         // From an unknown pose the approach cannot be checked.
@@ -413,10 +415,10 @@ impl Engine {
 
 pub(super) type ResumeChoice = (ResumePoint, (u64, Option<[f64; 3]>));
 
-/// Resume point chosen by the pose, if between `least` and `most` steps are done: after the only
+/// Resume point according to the pose, if between `least` and `most` steps are done: after the only
 /// step that ends at the pose, or within the only one whose line the pose is on.
 ///
-/// `None` if several steps match.
+/// `None` if no step matches, or several do. Lines that give the same place count as one.
 pub(super) fn resume_by_pose(
     rest: &RemainingProgram,
     (least, most): (u64, u64),

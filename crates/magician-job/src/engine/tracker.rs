@@ -37,7 +37,7 @@ pub(super) struct ProgressTracker {
     pub(super) counter: StepCounter,
     /// Commands taken from the program since the job started or resumed, inserted ones included.
     pub(super) pulled: u64,
-    /// Number of inserted commands among them (settings of the pace).
+    /// Number of inserted commands in `pulled`, which change the speed of the job.
     inserted: u64,
     /// True if the arm's index may skip numbers or count foreign commands at any time.
     index_may_skip: bool,
@@ -49,10 +49,10 @@ pub(super) struct ProgressTracker {
     pub(super) resume_place: Option<ResumePlace>,
     /// Time of the last progress event.
     pub(super) last_report: Option<Instant>,
-    /// True if the arm had finished everything before the first step before any stop. The index at
-    /// a stop does not tell: a command that was cut short may count as finished.
+    /// True once the arm has certainly finished the commands before the first step. Not derived
+    /// from the index at a stop, because a command that was cut short may count as finished there.
     pub(super) at_first: bool,
-    /// Why the journal holds nothing of the job, if its last write failed.
+    /// Error of the last write to the journal, if it failed: the progress is not stored then.
     pub(super) storage_error: Option<Arc<str>>,
     /// True once a failed write was reported: later failures are not reported again.
     storage_error_reported: bool,
@@ -131,7 +131,8 @@ impl ProgressTracker {
         steps.min(self.checkpoint.steps.unwrap_or(u64::MAX))
     }
 
-    /// Steps taken from the program since the job started or resumed.
+    /// Steps taken from the program since the job started or resumed. `lead` is the number of
+    /// commands before the first step.
     pub(super) fn steps_pulled(&self, lead: u64) -> u64 {
         self.steps_of(self.pulled.saturating_sub(self.inserted + lead))
     }
@@ -142,8 +143,9 @@ impl ProgressTracker {
         rest.map_or(commands, |rest| rest.steps_of(commands))
     }
 
-    /// Counts an inserted command that is about to go out. After the first step an index may stand
-    /// for it until the arm has finished it; before that it only shifts the index.
+    /// Counts an inserted command that is about to go out. Until the arm has finished the command,
+    /// the arm's index may refer to it instead of to a step. A command before the first step only
+    /// shifts the index.
     pub(super) fn note_inserted(&mut self, lead: u64) {
         let ahead = self.pulled - self.inserted <= lead;
         self.pulled += 1;
@@ -221,7 +223,7 @@ impl ProgressTracker {
     }
 
     /// Like [`record_end`](Self::record_end), for an arm that was stopped at `pose`. A burn resumes
-    /// a braking distance before it, because where the laser went out is unknown.
+    /// one braking distance before `pose`, because the place where the laser went out is unknown.
     pub(super) fn record_end_at(
         &mut self,
         resume_point: ResumePoint,

@@ -81,7 +81,7 @@ impl Default for HoldToRun {
 }
 
 impl HoldToRun {
-    /// Creates a control at rest, without any known release.
+    /// Creates a control that is not held, and not known to report releases.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -91,7 +91,8 @@ impl HoldToRun {
         }
     }
 
-    /// Sets if releases are reported. The first reported release or repeat also sets it.
+    /// Sets whether the control reports releases. The first reported release or repeat also sets
+    /// it.
     pub const fn set_reports_releases(&mut self, reports: bool) {
         self.releases = reports;
     }

@@ -33,7 +33,7 @@ pub enum PendantOrder {
         direction: JogDirection,
         /// Length, mm or deg; above 0.
         length: f32,
-        /// True if the laser burns and is meant to.
+        /// True if the laser is on intentionally, so that the move may burn.
         burning: bool,
     },
     /// Stops all motion now: the queue is emptied, the laser goes off, and tool orders that wait
@@ -45,7 +45,7 @@ pub enum PendantOrder {
     ClearAlarms,
     /// Switches a tool at once, bypassing the queue.
     Tool(ToolOrder),
-    /// Sets the ratio of the speeds of jogs and moves, percent: above 0, at most 100.
+    /// Sets the speed ratio of jogs and of moves, percent: above 0, at most 100.
     Speed(f32),
     /// Runs a program from a step (counted from 0). The whole program is checked first.
     Run {
@@ -83,7 +83,7 @@ impl ToolOrder {
     }
 }
 
-/// Activity that follows from an order: what moves the arm, or was done.
+/// Activity that an order starts, whether it moves the arm or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Activity {
@@ -118,7 +118,8 @@ pub struct OrderDone {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum OrderError {
-    /// Another activity moves the arm. Only a stop replaces it, and a jog replaces a jog.
+    /// Another activity moves the arm. Only a stop replaces any activity; a jog replaces only a
+    /// jog.
     Busy,
     /// An error of the arm or its line.
     Arm(Arc<Error>),

@@ -109,8 +109,9 @@ impl ArmWorker {
         usize::try_from(program?.progress().step).ok()
     }
 
-    /// Starts an order, or returns its refusal at once. Only a stop replaces the current activity,
-    /// and a jog replaces a jog. During a stop the newest motion order waits for its end.
+    /// Starts an order, or returns its refusal at once. A stop replaces any activity, and a jog
+    /// replaces a jog; nothing else replaces an activity. During a stop, the newest motion order
+    /// waits until the stop has ended.
     pub(super) fn order(&mut self, order: PendantOrder) -> Option<OrderDone> {
         if self.is_stopping() && moves_arm(&order) {
             self.waiting = Some((order, Instant::now()));
@@ -125,8 +126,8 @@ impl ArmWorker {
             PendantOrder::Stop => {
                 self.jog = None;
                 self.waiting = None;
-                // The last handle except the clone in the future that `begin` replaces: dropping
-                // both stops the program.
+                // A program stops when all its handles are dropped: this one, and the clone in the
+                // running future, which `begin` replaces below.
                 drop(lock(&self.program).take());
                 // Tool orders not sent yet are dropped: sent after the stop, one could switch the
                 // laser on.
@@ -239,8 +240,8 @@ impl ArmWorker {
             *kept = Instant::now();
         }
         if self.is_jog_pending() {
-            // A new jog is replacing the old one, whose end says nothing about the control that is
-            // held now.
+            // A new jog is about to replace the old one: that the old jog has ended does not matter
+            // for the control that is held now.
             return None;
         }
         let (direction, jog) = self.jog.as_ref()?;
@@ -296,7 +297,7 @@ impl ArmWorker {
         let future = async move { Ok(arm.jog_with(direction, options).await.map(Some)?) };
         // The guard of the current jog is kept until the new one begins: in the opposite direction
         // the arm reverses without a stop. Along another axis the driver first ends the jog and
-        // waits for rest. A release in the meantime starts nothing.
+        // waits for rest. If the control is released in the meantime, the new jog does not start.
         self.begin_if_free(Activity::Jog(direction), future)
     }
 
@@ -360,7 +361,7 @@ impl ArmWorker {
     }
 }
 
-/// True if an order moves the arm by hand.
+/// True for orders that move the arm, except for programs.
 fn moves_arm(order: &PendantOrder) -> bool {
     matches!(
         order,

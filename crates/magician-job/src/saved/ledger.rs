@@ -69,7 +69,7 @@ impl Ledger {
         Self(path)
     }
 
-    /// True if there are no files; none is read for this.
+    /// True if there are no files. Does not open any file.
     pub(super) fn is_empty(&self) -> bool {
         self.files().next().is_none()
     }
@@ -137,7 +137,8 @@ impl Ledger {
                     continue;
                 }
             }
-            // Another process restored it between the listing and the lock.
+            // Another process restored the settings, and removed the file, before this one had the
+            // lock.
             if !path.exists() {
                 continue;
             }

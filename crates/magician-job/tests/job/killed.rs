@@ -1,5 +1,5 @@
-//! Jobs whose process is killed: at every state of the journal, and at instants all along, another
-//! job resumes where the arm ended. No stroke is lost and none is drawn twice.
+//! Jobs whose process is killed at each write of the journal, and at many instants in between:
+//! another job resumes where the arm ended. No stroke is lost and none is drawn twice.
 
 use std::mem::take;
 use std::sync::{Arc, Mutex};
@@ -22,7 +22,7 @@ pub(super) struct Killed {
     pub(super) journal: Option<Checkpoint>,
 }
 
-/// Journal that records the states a kill just before and just after each write would leave.
+/// Journal that records, just before and just after each write, the state that a kill would leave.
 #[derive(Clone, Default)]
 pub(super) struct KillingJournal(Arc<Mutex<Inner>>);
 
@@ -94,7 +94,8 @@ async fn arm_with_history(program: &Program) -> (VirtualArm, Arm, u64) {
     (cell, arm, rest)
 }
 
-/// Runs a program to its end; returns the arms and journals that a kill would have left on the way.
+/// Runs a program to its end. Returns the arms and journals that a kill would have left on the way,
+/// the length of the drawing (mm), and the arm's index before the job.
 pub(super) async fn killed(
     program: &Program,
     speed: u8,
@@ -131,7 +132,8 @@ async fn killed_with(
     (killed, ink(&cell).1, rest)
 }
 
-/// Result of the job by which another process resumes it.
+/// Resumes a killed job as another process would. Returns the arm, the finished steps or the error,
+/// and the step at which the job started.
 async fn resume(
     program: &Program,
     killed: &Killed,

@@ -1,5 +1,5 @@
-//! Steps that wait for a person, and parts: steps without commands count, and nothing moves until a
-//! person resumes.
+//! Steps that wait for a person, and parts: the progress counts steps without commands, and nothing
+//! moves until a person resumes.
 
 use std::time::Duration;
 
@@ -65,7 +65,7 @@ async fn stands(cell: &VirtualArm, arm: &Arm) {
     assert_eq!(arm.get::<Pose>().await.expect("a pose"), before);
 }
 
-/// Drawing and duration of the plan without its pauses.
+/// Drawing by the plan without its pauses, and the length of the lines, mm.
 async fn run_uninterrupted(plan: &Plan) -> (magician::sim::world::Drawing, f64) {
     let mut plan = plan.clone();
     plan.without_pauses();
