@@ -26,8 +26,8 @@ const LITE_CALLS: [&str; 8] = [
 /// Calls of the Magic Box.
 const MAGIC_BOX_CALLS: [&str; 3] = ["DownloadProgram", "CheckBoxSpace", "ClearBoxSpace"];
 
-/// Calls that open a window. There is no window, so they succeed without effect, or programs would
-/// stop.
+/// Calls for DobotLink's user interface. There is none here, and programs stop if these calls fail,
+/// so they succeed without effect.
 const WINDOW_CALLS: [&str; 9] = [
     "ShowMessage",
     "ShowSerialPortTool",
@@ -86,7 +86,7 @@ impl Link {
             // No effect here, but programs expect success.
             "SetLogger" | "SetProcessName" | "CloseDobotLink" | "DownloadFile" => json!(true),
             api if WINDOW_CALLS.contains(&api) => json!(true),
-            // Also `RunCmd`, which starts any program on the computer.
+            // Refuses `RunCmd` too, which starts any program on the computer.
             _ => return Err(no_api(api)),
         };
         self.answer(pending, &Ok(result));
@@ -238,7 +238,8 @@ impl Link {
             command,
             "QueuedCmdStopExec" | "QueuedCmdForceStopExec" | "QueuedCmdClear"
         );
-        // Some programs force a stop by a parameter instead of the other call.
+        // Some programs force a stop with a parameter of `QueuedCmdStop` instead of calling
+        // `QueuedCmdForceStop`.
         let forced = checked.get("forceStop") == Some(&json!(true));
         let command = if forced {
             "QueuedCmdForceStopExec"
@@ -442,7 +443,7 @@ fn no_api(api: &str) -> LinkError {
     let name: String = api
         .chars()
         .filter(char::is_ascii_graphic)
-        // The name is repeated in the message, and comes from outside.
+        // Bounded, because the name comes from the program and is repeated in the message.
         .take(60)
         .collect();
     LinkError::new(ErrorCode::NO_API, format!("there is no {name}"))

@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-/// Error number from DobotLink's table (document of its API, section 5). Its -32600 and -32601 have
-/// the opposite meanings of the standard's.
+/// Error number from DobotLink's table (document of its API, section 5). Compared with JSON-RPC
+/// 2.0, the meanings of -32600 and -32601 are swapped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ErrorCode(pub i32);
 
@@ -80,7 +80,7 @@ impl LinkError {
         json!({"code": self.code.0, "message": self.message})
     }
 
-    /// Converts an error of the station. Its sentence is kept, because it names the values.
+    /// Converts an error of the station. Keeps its message, which names the values.
     pub(crate) fn of_station(error: &Value) -> Self {
         let number = error.get("code").and_then(Value::as_i64).unwrap_or(0);
         let kind = { error.get("data") }
@@ -101,7 +101,7 @@ impl LinkError {
             // Everything else: the arm cannot or must not do it.
             _ => ErrorCode::COMMAND,
         };
-        // The station's sentence asks for `yes`, which these programs cannot send.
+        // The station's message asks for the parameter `yes`, which these programs cannot send.
         if number == -32005 {
             let what = { error.get("data") }
                 .and_then(|data| data.get("command"))

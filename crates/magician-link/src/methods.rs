@@ -179,7 +179,7 @@ pub enum Conversion {
     Bool,
     /// Milliseconds as `hh:mm:ss.z`.
     Clock,
-    /// Byte of the hardware version, in the bytes after the three numbers of the firmware.
+    /// Hardware version: one of the bytes that follow the three numbers of the firmware version.
     Hardware,
     /// Present only while the path is tracked in real time.
     Period,

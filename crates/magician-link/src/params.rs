@@ -1,8 +1,8 @@
 //! Parameters of calls, converted to fields of commands.
 //!
-//! Programs send numbers as text-like variants (1 for true), use older names, and leave parameters
-//! out. Known variants are accepted and counted as odd. Anything that would change a motion
-//! silently, such as a missing coordinate, is an error.
+//! Programs send values of another type (1 for true), use older names, and leave parameters out.
+//! Known variants are accepted; older names are counted as unknown parameters. Anything that would
+//! change a motion silently, such as a missing coordinate, is an error.
 
 use magician_protocol::FieldType;
 use serde_json::{Map, Value, json};
@@ -20,7 +20,7 @@ const COMMON_PARAMS: [&str; 5] = [
     "slaveIndex",
 ];
 
-/// Checked parameters of a call, with their names in the table, and the names that it does not
+/// Checked parameters of a call under their names in the table, and names that the call does not
 /// have.
 pub(crate) struct CheckedParams {
     values: Vec<(&'static Param, Value)>,
@@ -142,7 +142,8 @@ fn normalise(param: &Param, value: &Value) -> Result<Value, LinkError> {
     match (param.kind, value) {
         (ParamType::Text, Value::String(_)) => Ok(value.clone()),
         (ParamType::Number, Value::Number(number)) => match number.as_f64() {
-            // The arm stores single-precision numbers, and infinity moves nothing.
+            // The arm stores single-precision numbers. A number beyond their range would become
+            // infinity, which moves nothing.
             Some(number) if (number as f32).is_finite() => Ok(value.clone()),
             _ => wrong(),
         },
@@ -202,7 +203,7 @@ pub(crate) struct CallOptions {
     pub(crate) queued: bool,
     /// True if the call is answered when the command has finished.
     pub(crate) waits: bool,
-    /// Time that the command may take once it is the next one, ms.
+    /// Time limit of the command from the moment that it is the next one in the queue, ms.
     pub(crate) timeout_ms: u64,
 }
 
@@ -232,7 +233,7 @@ impl CallOptions {
         }
     }
 
-    /// Reads how a call asks to be carried out.
+    /// Reads the options of a call: queue, wait and timeout.
     ///
     /// # Errors
     /// An invalid switch or time.

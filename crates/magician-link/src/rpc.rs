@@ -17,7 +17,7 @@ pub(crate) struct Request {
     pub(crate) params: Map<String, Value>,
 }
 
-/// Id for the answer, and the error, of an invalid request.
+/// Invalid request: the id to answer with, and the error.
 pub(crate) type InvalidRequest = (Option<Value>, LinkError);
 
 impl Request {

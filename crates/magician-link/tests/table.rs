@@ -27,8 +27,8 @@ fn each_call_has_the_row_of_its_id_or_an_encoding() {
     for method in methods() {
         let name = &method.name;
         match row(method) {
-            // A command of DobotLink has two ids here, because reading and clearing alarms are
-            // separate calls.
+            // DobotLink both reads and clears the alarms with id 20. The row of its call that
+            // clears them has id 21.
             Some(row) => assert!(
                 row.id == method.id || (row.id, method.id) == (21, 20),
                 "{name}"

@@ -10,12 +10,12 @@ use crate::answers::Continuation;
 use crate::error::{ErrorCode, LinkError};
 use crate::waits::Wait;
 
-/// Interval of keeping a jog alive while its program lives: several times within [`JOG_KEEP_MS`].
+/// Interval between keep-alives of a jog while its program lives. Several fit into [`JOG_KEEP_MS`].
 pub(crate) const JOG_KEEP_INTERVAL: Duration = Duration::from_millis(250);
 /// Keep-alive period of a jog at the station, ms: the longest that it accepts, because a link may
 /// be delayed.
 const JOG_KEEP_MS: u64 = 1000;
-/// Interval of trying again when the queue is full.
+/// Interval between retries while the queue is full.
 const FULL_QUEUE_RETRY_INTERVAL: Duration = Duration::from_millis(20);
 
 impl Link {
@@ -44,7 +44,7 @@ impl Link {
         self.write(now, name, write);
     }
 
-    /// Ends the jog before everything that waits. A jog that waits does not start.
+    /// Ends the jog ahead of all waiting writes, and cancels those of them that would start a jog.
     pub(crate) fn stop_jog(&mut self, name: &str, continuation: Continuation) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
@@ -58,7 +58,7 @@ impl Link {
             let why = LinkError::cancelled("the jog was stopped before it began");
             self.answer(&write.pending, &Err(why));
         }
-        // Sent by the arm and not by the jog, whose id is unknown while `jog.start` is unanswered.
+        // Names the arm and not the jog, whose id is unknown while `jog.start` is unanswered.
         self.call("jog.stop", json!({"arm": name}), continuation);
     }
 
@@ -85,7 +85,7 @@ impl Link {
         arm.is_writing = true;
         let (starts, held) = (arm.starts_queue, arm.lease.is_some());
         if !held {
-            // Asked for again with every write, so that a program gets the arm as soon as it is
+            // Every write requests the lease, so that a program gets the arm as soon as the arm is
             // free.
             self.acquire(name);
             if starts {
@@ -97,7 +97,7 @@ impl Link {
         self.call(method, params, Continuation::Written { arm, write });
     }
 
-    /// Starts the queue if it is empty. Programs rely on a queue that another program has started.
+    /// Starts the queue if it is empty, because programs rely on another program having started it.
     pub(crate) fn start_queue(&mut self, name: &str) {
         self.call("link.start", json!({"arm": name}), Continuation::Nothing);
     }
@@ -108,7 +108,7 @@ impl Link {
         self.call("lease.acquire", json!({"arm": name}), continuation);
     }
 
-    /// Takes the result of a write.
+    /// Handles the result of a write. Retries a queued command while the queue is full.
     pub(crate) fn handle_write_result(
         &mut self,
         now: HostInstant,
@@ -120,12 +120,12 @@ impl Link {
             arm.is_writing = false;
             let full =
                 { outcome.as_ref().err() }.is_some_and(|error| error.code == ErrorCode::QUEUE_FULL);
-            // Only a queued command can hope for room.
+            // Only a queued command needs room in the queue.
             if full && write.queued {
                 let give_up_at = *write.give_up_at.get_or_insert(now + write.timeout);
                 if now < give_up_at {
                     arm.blocked_until = Some(now + FULL_QUEUE_RETRY_INTERVAL);
-                    // In front again, so that the order stays.
+                    // Put back in front, so that the order of writes is kept.
                     arm.writes.push_front(write);
                     return self.send_next_write(now, name);
                 }
@@ -188,8 +188,8 @@ impl Link {
                 let result = crate::answers::raw(method, &value);
                 self.answer(&write.pending, &Ok(result));
             }
-            // Includes a wait or an index without an index in the answer, which does not happen for
-            // queued commands.
+            // Also `Wait` and `Index` if the answer has no index, which does not happen for queued
+            // commands.
             _ => self.answer(&write.pending, &Ok(json!(true))),
         }
     }

@@ -87,7 +87,7 @@ fn call() -> BoxedStrategy<String> {
         .boxed()
 }
 
-/// Line of a script.
+/// Line of a script: a call, or a letter with its argument, as read by [`Harness::run_script`].
 fn script_line() -> BoxedStrategy<String> {
     let mark = |marks: &'static [&'static str], most: u32| {
         (select(marks), 0..most).prop_map(|(mark, number)| format!("{mark}{number}"))
