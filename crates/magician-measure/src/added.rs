@@ -115,8 +115,8 @@ fn bare_trips(path: &str, count: usize, times: &mut Vec<Duration>) -> io::Result
     Ok(())
 }
 
-/// Opens a terminal without making it the controlling terminal of this process: its end would hang
-/// up the session leader.
+/// Opens a terminal without making it the controlling terminal of this process, because its hangup
+/// would then signal the session leader (SIGHUP).
 fn open_line(path: &str) -> io::Result<File> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
     Ok(File::from(rustix::fs::open(path, flags, Mode::empty())?))

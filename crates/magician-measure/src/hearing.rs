@@ -30,7 +30,7 @@ pub enum ProbeReply {
     Text(String),
     /// Bytes that are neither: another device, or another baud rate.
     Bytes(Vec<u8>),
-    /// The request itself: the line ends in a loop.
+    /// The request itself: the far end returns all bytes (loopback).
     Echo,
     /// No bytes.
     Nothing,

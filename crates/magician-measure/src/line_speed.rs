@@ -14,7 +14,7 @@ pub struct LineSpeed {
     pub baud: Option<f64>,
     /// Round trip minus wire time at 115200 baud, or the whole round trip if bytes take no time.
     pub turnaround: Duration,
-    /// Delay of one answer in a hundred over the median.
+    /// 99th percentile of the round trip minus its median.
     pub jitter: Duration,
 }
 

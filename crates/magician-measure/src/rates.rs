@@ -9,7 +9,7 @@ use tokio::time::Instant;
 
 use crate::Timings;
 
-/// Count per time.
+/// Number of events and the time in which they happened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rate {
     /// Number of events.
@@ -30,7 +30,7 @@ impl Rate {
     }
 }
 
-/// Latencies of answers, with the faults meanwhile.
+/// Latencies of answers, with the faults of the line during the measurement.
 #[derive(Clone, Debug, Default)]
 pub struct Timed {
     /// Times from the call to its answer.

@@ -22,8 +22,8 @@ impl Timings {
         self.sorted.len()
     }
 
-    /// Returns the time that `percent` of all do not exceed (nearest rank); `None` if there are
-    /// none.
+    /// Returns a percentile by nearest rank: `percent` % of the times are at most this long; `None`
+    /// without times.
     #[must_use]
     pub fn percentile(&self, percent: u8) -> Option<Duration> {
         // Nearest rank: every result is a time that was really measured.

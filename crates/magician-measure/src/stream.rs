@@ -36,7 +36,7 @@ pub struct StreamResult {
     pub dry: u64,
     /// Number of readings.
     pub looks: u64,
-    /// Processor time of this process for all of it; `None` if the system does not report it.
+    /// Processor time of this process during the run; `None` if the system does not report it.
     pub processor: Option<Duration>,
     /// Time of the whole run, from the first segment until the arm is at rest.
     pub took: Duration,
@@ -182,7 +182,7 @@ async fn poses(arm: &Arm, rate: f64) -> Result<()> {
 
 async fn queue(arm: &Arm, rate: f64, capacity: u32, supply: &Supply, looks: &Looks) -> Result<()> {
     rounds(rate, async || {
-        // Only load: the result is the number of free places.
+        // This read is only load; the read in `look` gives the result.
         arm.get::<QueuedCmdCurrentIndex>().await?;
         look(arm, capacity, supply, looks).await
     })

@@ -8,8 +8,8 @@ use magician_sim::{Controller, LineTiming, Profile, Runner, Speed};
 
 use super::*;
 
-/// Returns an arm behind 115200 baud and a turnaround. It executes segments at once, so the line is
-/// measured.
+/// Returns an arm on a line of 115200 baud with a turnaround. It has no 20 ms periods, so the times
+/// measured are those of the line.
 async fn paced(turnaround: Duration) -> Arm {
     let line = LineTiming {
         baud: Some(115_200),
@@ -71,7 +71,7 @@ async fn a_stream_is_counted_and_what_the_queue_held_is_seen() {
     let seen = streamed(&arm, ring, Duration::from_secs(4), load, pause)
         .await
         .unwrap();
-    // The arm limits the rate, not the line: 50 mm/s of half millimetres.
+    // The arm limits the rate, not the line: segments of half a millimetre at 50 mm/s.
     near(seen.rate.per_second(), ring.segments_per_second(), 0.05);
     assert!(seen.in_a_row && seen.looks > 20, "{seen:?}");
     assert_eq!(seen.dry, 0);

@@ -14,7 +14,7 @@ use magician_protocol::{
 };
 use tokio::time::{Instant, timeout_at};
 
-/// Result of requests sent in one piece.
+/// Result of requests sent back to back, in a single write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BackToBack {
     /// Number of requests at once.
@@ -38,15 +38,15 @@ impl BackToBack {
 /// Result of a trial of the queue with commands that do nothing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct QueueTrial {
-    /// Indices in order; `None` for a command without one in its answer.
+    /// Indices in order; `None` for a command whose answer has no index.
     pub indices: Vec<Option<u64>>,
     /// Sizes of the bursts.
     pub depths: Vec<usize>,
-    /// Largest burst up to which all were accepted with consecutive indices.
+    /// Size of the last burst before the first index that was missing or out of sequence.
     pub window: usize,
-    /// Free places before, with all commands in the queue, and after they were dropped.
+    /// Free places before the trial, with all commands in the queue, and after they were dropped.
     pub left: [u32; 3],
-    /// Current index before, with all commands in the queue, and after they were dropped.
+    /// Current index before the trial, with all commands in the queue, and after they were dropped.
     pub current: [u64; 3],
 }
 
@@ -85,7 +85,7 @@ const READS: [&Row; 4] = [
     QueuedCmdLeftSpace::ROW,
     <AlarmsState as Readable>::ROW,
 ];
-/// Sends `depth` reads in one piece, `rounds` times, and counts the answers within `patience`.
+/// Sends `depth` reads in a single write, `rounds` times, and counts the answers within `patience`.
 ///
 /// # Errors
 /// [`ErrorKind::Port`](magician::ErrorKind::Port) if the line is gone.
@@ -120,7 +120,8 @@ pub async fn back_to_back(
     Ok(seen)
 }
 
-/// Sends frames in one piece and collects as many replies, or those within `patience`.
+/// Sends frames in a single write. Collects one reply for each, or those that come within
+/// `patience`.
 async fn burst(
     line: &mut RawLine,
     requests: &[FrameBuf],
@@ -279,7 +280,7 @@ mod tests {
         assert_eq!(look(&mut line, PATIENCE).await.unwrap(), (0, 31));
     }
 
-    /// Plays an arm into whose queue another program puts twenty commands during the trial.
+    /// Simulates an arm whose queue receives twenty commands of another program during the trial.
     async fn shared(mut far: tokio::io::DuplexStream) {
         use tokio::io::{AsyncReadExt, AsyncWriteExt};
         let mut arm = magician_sim::Controller::default();

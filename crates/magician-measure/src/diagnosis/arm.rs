@@ -12,17 +12,17 @@ use tokio::time::Instant;
 use super::{Diagnosis, DiagnosisObserver, Finding, Measured, Part};
 use crate::{LineSpeed, Timed, round_trips};
 
-/// Latency on a cable above which an adapter or hub holds bytes back. Choice, above the 16 ms for
-/// which FTDI adapters do so by default.
+/// Latency on a cable above which an adapter or hub delays bytes. Choice, above the default 16 ms
+/// of the latency timer of FTDI adapters.
 const SLOW: Duration = Duration::from_millis(20);
-/// Largest acceptable delay of one reply in a hundred. Choice.
+/// Largest acceptable jitter: 99th percentile of the latency minus its median. Choice.
 const UNSTEADY: Duration = Duration::from_millis(50);
 /// Largest relative error of a measured baud rate. Choice: an arm's crystal is far better, the
 /// measurement is not.
 const TOLERANCE: f64 = 0.1;
-/// Time for a queue to show that it runs. Choice.
+/// Time within which a running queue finishes a command or moves the arm. Choice.
 const RUNS: Duration = Duration::from_secs(2);
-/// Interval of the readings meanwhile. Choice.
+/// Interval of readings during [`RUNS`]. Choice.
 const LOOK: Duration = Duration::from_millis(100);
 
 impl Diagnosis {
