@@ -7,7 +7,7 @@ use magician_protocol::{PoList, PtpMode, Set};
 /// A point-to-point move, from any of the four commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PtpMove {
-    /// Travel and meaning of the numbers.
+    /// Kind of travel, and meaning of `numbers`.
     pub mode: PtpMode,
     /// x, y, z and r (mm, deg), or J1 to J4 (deg).
     pub numbers: [f32; 4],

@@ -265,7 +265,7 @@ impl MotionSettings {
     }
 
     /// Deceleration of a stopping jog, clamped to its ceiling. Neither ratio nor velocity affects
-    /// it. Not positive if the setting is not.
+    /// it. Zero, negative or NaN if the setting is.
     #[must_use]
     pub fn jog_deceleration(&self, axis: JogAxis, ceilings: &Ceilings) -> f64 {
         let (set, ceiling) = (self.jog_setting(axis), ceilings.of_axis(axis));
@@ -457,7 +457,7 @@ mod tests {
             [jog(JogAxis::Z).velocity, jog(JogAxis::Z).acceleration],
             [150.0, 400.0]
         );
-        // A stop decelerates whatever the ratio is by then.
+        // The deceleration of a stop does not depend on the ratio.
         let without = after(&[space.into(), jog_ratio(0.0)]);
         assert!(without.jog(JogAxis::Z, &MODEL.ceilings).is_err());
         assert_eq!(without.jog_deceleration(JogAxis::Z, &MODEL.ceilings), 400.0);
