@@ -1,4 +1,4 @@
-//! Segment of a motion: the tool on a circular arc, r along with it.
+//! Segment of a motion: the tool moves on a circular arc while r turns.
 
 use crate::angle::atan2;
 use crate::arc::Arc;
@@ -47,8 +47,8 @@ impl ArcSegment {
 
     /// Bounds of J1 on the whole path; `None` if the tool may touch the base axis.
     ///
-    /// The tool stays in a ball around the middle of the path, which the base axis sees within an
-    /// angle.
+    /// The tool stays in a ball around the middle of the path. Seen from the base axis, this ball
+    /// subtends a known angle.
     fn j1_bounds(&self, geometry: &Geometry) -> Option<Interval> {
         let way = 0.5 * self.lap();
         let [x, y, _] = self.arc.place(way).at;
@@ -85,7 +85,8 @@ impl ToolPath for ArcSegment {
         Pose { x, y, z, r }
     }
 
-    /// Only a circle repeats itself, and on a circle r is constant.
+    /// Time at the end of the first lap. Only a circle repeats itself, and on a circle r is
+    /// constant.
     fn horizon(&self) -> f64 {
         self.along.time_at(self.lap())
     }

@@ -10,10 +10,10 @@ pub(crate) struct CrossingTimes {
 }
 
 impl CrossingTimes {
-    /// More than the boundaries of the workspace can cut a path. On an arc, fifteen circles (the
-    /// bounds of J2, J3 and J2 - J3, each also where the start lies beyond it, and the edges of
-    /// reach) have at most eight cuts each, each reported at most twice, and the planes of J1 have
-    /// eight.
+    /// Above the largest number of times at which a path can cut the boundaries of the workspace,
+    /// 248. An arc meets fifteen circles: the bounds of J2, J3 and J2 - J3, each as configured and
+    /// as widened to the start, and the edges of reach. Each circle has at most eight cuts, each
+    /// reported at most twice. The planes of J1 have eight more.
     const CAPACITY: usize = 256;
 
     pub(crate) fn new() -> Self {

@@ -60,8 +60,8 @@ const UNLIMITED_TRAVEL: f64 = 1e9;
 /// Highest entry speed accepted, mm/s or deg/s. Far above any speed of the arm; it keeps lengths
 /// finite.
 const MAX_ENTRY_SPEED: f64 = 1e6;
-/// Extra length beyond a limit, mm or degrees, so that the limit cuts the motion and not its own
-/// end.
+/// Extra length beyond a limit, mm or degrees, so that the limit ends the motion before its length
+/// does.
 const LIMIT_OVERSHOOT: f64 = 1.0;
 /// Distance from a limit at which the arm counts as standing at it, mm or degrees.
 const AT_LIMIT: f64 = 1e-6;
@@ -153,9 +153,9 @@ impl Planner {
     ///
     /// The jog begins with the velocity `entry` of its axis (0 at rest; mm/s or deg/s, signed) and
     /// ramps to `rates.velocity`. If the entry points the other way, it first comes to rest. A jog
-    /// that leads further out at or beyond a limit takes no time. A joint without a limit turns by
-    /// 1e9 degrees. The rates are limited to the ceilings; [`Speeds::jog`] computes them from
-    /// settings.
+    /// that starts at or beyond a limit and leads further out takes no time. A joint without a
+    /// limit turns by 1e9 degrees. The rates are limited to the ceilings; [`Speeds::jog`] computes
+    /// them from settings.
     ///
     /// ```
     /// use magician_motion::{ArmModel, ArmState, Jog, JogAxis, JointAngles, ToolBias};
@@ -177,7 +177,8 @@ impl Planner {
     /// # Errors
     ///
     /// [`MotionError::Speed`] for rates that are NaN, zero or negative, and for an entry faster
-    /// than any arm; [`MotionError::Limit`] for a straight jog from where no line can begin.
+    /// than any arm; [`MotionError::Limit`] for a straight jog from joint angles that inverse
+    /// kinematics cannot reproduce.
     pub fn jog(
         &self,
         from: &ArmState,
@@ -313,7 +314,7 @@ impl Planner {
         })
     }
 
-    /// Length along the axis that leads beyond all limits and links.
+    /// Length along the axis that ends beyond its limit, or beyond the reach of the links.
     fn way(&self, from: &ArmState, axis: JogAxis, sign: f64) -> f64 {
         let limits = &self.limits;
         let (angle, Range { min, max }) = match axis {

@@ -8,7 +8,7 @@
 //!
 //! 1. [`Planner`] turns a [`Move`], a [`Jog`] or a path segment into a [`Plan`].
 //! 2. A plan holds a [`Trajectory`], cut at the first joint limit or edge of reach on the way, and
-//!    the [`Crossing`] that says so.
+//!    the [`Crossing`] that describes the cut.
 //! 3. [`Trajectory::sample`] gives joints and pose at any time, computed from the start of the
 //!    motion.
 //!

@@ -9,12 +9,12 @@ use crate::law::{ended_periods, whole_periods};
 pub(super) struct PeriodBreaks {
     /// 1 if the curve of the first ramp would start backwards (entry below 0), else 0.
     pub(super) started: f64,
-    /// Last period of the first ramp, and the last one up to which its curve moves forwards.
+    /// Last period of the first ramp, and the last period before its curve would run backwards.
     pub(super) ramped: [f64; 2],
     /// Last period of the cruise.
     pub(super) cruised: f64,
-    /// Last period but one, and the last one up to which the curve of the second ramp moves
-    /// forwards. In the very last period the axis goes straight to its target.
+    /// Last period but one, and the last period before the curve of the second ramp would run
+    /// backwards. In the very last period the axis goes straight to its target.
     pub(super) last: [f64; 2],
 }
 
@@ -42,8 +42,8 @@ impl VelocityProfile {
         stop
     }
 
-    /// Returns the whole periods of a stop in which the speed keeps its sign, and the speed left
-    /// after them.
+    /// Returns the part of a stop that consists of whole periods without a change of sign, and the
+    /// speed left after it.
     pub(crate) fn turn_in_periods(entry: f64, deceleration: f64, period: f64) -> (Self, f64) {
         let step = deceleration * period;
         let count = ended_periods(entry / deceleration, period);
@@ -278,7 +278,8 @@ impl VelocityProfile {
         let squares = entry * entry + exit * exit;
         let rise = acceleration * duration + entry + exit;
         let root = |b: f64, c: f64| b - libm::sqrt((b * b - c).max(0.0));
-        // Up to a peak and down again: p2 - rise p + (a L + squares / 2) = 0.
+        // Up to a peak p and down again, with acceleration a and length L:
+        // p^2 - rise p + (a L + squares / 2) = 0.
         let mut peak = root(0.5 * rise, acceleration * length + 0.5 * squares);
         if peak < high {
             // A single ramp with a stretch of constant speed.
@@ -289,7 +290,8 @@ impl VelocityProfile {
             peak = (length - 0.5 * (high + low) * ramp) / (duration - ramp);
         }
         if peak < low {
-            // Down to a speed below both: p2 + (a D - entry - exit) p - (a L - squares / 2) = 0.
+            // Down to a speed p below both, with duration D:
+            // p^2 + (a D - entry - exit) p - (a L - squares / 2) = 0.
             let fall = 0.5 * (acceleration * duration - entry - exit);
             let rest = acceleration * length - 0.5 * squares;
             // NaN if the acceleration is too low for this shape.

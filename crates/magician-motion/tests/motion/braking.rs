@@ -57,8 +57,8 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
     );
 }
 
-/// Lines that touch the circle on which a sideways tool turns: there a joint velocity is infinite
-/// or NaN.
+/// Lines tangent to the circle around the base axis whose radius is the sideways offset of the
+/// tool. At that point a joint velocity is infinite or NaN.
 #[test]
 fn brake_at_singular_pose_stops_at_once() {
     for tenths in 1..=600 {

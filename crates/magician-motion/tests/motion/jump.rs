@@ -120,7 +120,7 @@ fn the_corners_follow_the_heights() {
 #[test]
 fn lift_and_descent_are_straight_when_outstretched() {
     let planner = suction();
-    // 147 + 59.7 = 206.7 mm.
+    // The threshold is forearm plus tool bias: 147 + 59.7 = 206.7 mm.
     for (x, straight) in [(206.0, false), (207.5, true)] {
         let from = at(&planner, x, 0.0, -20.0, 0.0);
         let to = Pose {
@@ -210,8 +210,8 @@ proptest! {
         stays_below(&planner, from, to, heights, Transfer::Line)?;
     }
 
-    /// Joints swing the tool up between the corners, by at most 19 mm in all searches. With 20 mm
-    /// between the ends and the ceiling the corners can always be lowered enough.
+    /// A joint transfer swings the tool above its corners, by at most 19 mm as far as searches have
+    /// found. With 20 mm between the ends and the ceiling the corners can always be lowered enough.
     #[test]
     fn a_joint_transfer_is_never_above_the_ceiling(
         from in reachable(), to in reachable(), planner in planner(),
@@ -228,7 +228,7 @@ proptest! {
 }
 
 /// One end is just below the ceiling and the base blocks the line between the corners: only the
-/// other corner is lowered, far enough.
+/// other corner can be lowered, and must be lowered far enough for both.
 #[test]
 fn one_corner_gives_way_for_both() {
     let planner = suction();
@@ -309,13 +309,13 @@ fn corners_give_way_only_where_the_ceiling_would_be_broken() {
             (0..5_000).map(|step| motion.sample(motion.duration_us() * step / 5_000).pose.z);
         (stops(&motion)[1].z, samples.fold(f64::MIN, f64::max))
     };
-    // High up the joints may swing, and do: some millimetres above their corners.
+    // Under a high ceiling the joints swing the tool some millimetres above its corners.
     let (corner, free) = top(150.0, Transfer::Joint);
     assert!(
         (corner - 90.0).abs() < 1e-3 && free > 92.0,
         "{corner} {free}"
     );
-    // Below a ceiling they nearly reach it, from lower corners.
+    // Under a low ceiling the corners are lowered and the tool nearly reaches the ceiling.
     let (corner, capped) = top(90.0, Transfer::Joint);
     assert!(
         corner < 88.0 && capped <= 90.0 && capped > 89.0,

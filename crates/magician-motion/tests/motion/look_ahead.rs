@@ -28,13 +28,14 @@ fn corners_count_by_the_closed_form() {
     let (square, back) = (turned(90.0), turned(180.0));
     let speed = look_ahead.exit_speed(&along, [&square]);
     assert!((look_ahead.exit_speed(&along, [&back]) - speed).abs() < 1e-12);
-    // Straight on, only the end of the queue matters: 50 mm at 100 mm/s2.
+    // Without a corner only the stop at the end of the queue limits the speed: 50 mm at 100 mm/s2
+    // allow 100 mm/s.
     let on = turned(0.0);
     assert_eq!(look_ahead.exit_speed(&along, [&on]), 100.0);
     let short = CpSegment::between([50.0, 0.0, 0.0], [50.5, 0.0, 0.0]);
     assert!((look_ahead.exit_speed(&along, [&short]) - 10.0).abs() < 1e-12);
     assert_eq!(look_ahead.exit_speed(&along, []), 0.0);
-    // A segment too short to count is neither a corner nor a distance.
+    // A segment below the minimum length adds neither a corner nor a distance.
     let speck = CpSegment::between([50.0, 0.0, 0.0], [50.0, 5e-5, 0.0]);
     assert!(speck.is_empty());
     assert_eq!(look_ahead.exit_speed(&along, [&speck, &on]), 100.0);
@@ -73,7 +74,7 @@ fn in_real_time_a_segment_takes_a_period() {
     // No limit at corners.
     let aside = CpSegment::between([1.0, 0.0, 0.0], [1.0, 1.0, 0.0]);
     assert_eq!(look_ahead.exit_speed(&path[0], [&aside]), 20.0);
-    // Whole periods, but with corners.
+    // Without `real_time` a segment still takes whole periods, but corners limit the speed.
     let look_ahead = LookAhead::new(
         &CpSpeeds {
             real_time: false,
