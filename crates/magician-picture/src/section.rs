@@ -34,8 +34,8 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, arm: &Geometry) {
     svg.path(&path(edge.map(|point| panel.at(point)), true), &look);
 }
 
-/// Outline from above of the reach at any height: between the smallest and the largest radius of
-/// the section, over the range of J1.
+/// Outline of the reach over all heights, seen from above: between the smallest and the largest
+/// radius of the section, over the range of J1.
 pub(super) fn sector(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
     let radii = section(arm, limits).into_iter().map(|[radius, _]| radius);
     let [near, far] = radii.fold([f64::MAX, 0.0_f64], |[near, far], radius| {

@@ -28,8 +28,8 @@ pub struct ToneMatch {
 }
 
 impl Tones {
-    /// Returns the tones of what a laser has burnt between two corners, in cells of this size, mm.
-    /// A line counts as wide as the lines are apart (`spacing`, mm), and as dark as its power.
+    /// Returns the tones of the burnt lines between two corners, in cells of this size, mm. Each
+    /// line counts as `spacing` wide (the distance between lines, mm), and as dark as its power.
     #[must_use]
     pub fn of_burns(drawing: &Drawing, corners: [[f64; 2]; 2], cell: f64, spacing: f64) -> Self {
         let mut tones = Self::blank(corners, cell);
@@ -117,7 +117,7 @@ impl Tones {
     }
 }
 
-/// Mean darkness of an image between shares of its width and height.
+/// Mean darkness of a part of an image, given by shares (0 to 1) of its width and height.
 fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
     let (columns, rows) = (
         covered_pixels(across, image.width),
@@ -138,7 +138,7 @@ fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
     if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
-/// Returns the pixels between two shares, each with the covered part of it.
+/// Returns the pixels between two shares of a side, each with the part that lies between them.
 fn covered_pixels([from, to]: [f64; 2], pixels: usize) -> Vec<(usize, f64)> {
     let [from, to] = [from, to].map(|share| share.clamp(0.0, 1.0) * pixels as f64);
     let last = (to.ceil() as usize).min(pixels);

@@ -91,7 +91,7 @@ pub(super) fn kinds(toolpath: &Toolpath) -> Vec<MarkerKind> {
     kinds
 }
 
-/// True if a layer of a kind has anything in it.
+/// True if any layer with a kind of strokes that `sort` accepts is not empty.
 pub(super) fn has(toolpath: &Toolpath, sort: impl Fn(StrokeKind) -> bool) -> bool {
     toolpath
         .layers

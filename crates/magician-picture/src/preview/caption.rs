@@ -10,7 +10,7 @@ use crate::svg::{Anchor, Svg, TextStyle};
 /// Mean width of a letter of the title, as a share of its size.
 const LETTER_WIDTH_SHARE: f64 = 0.56;
 
-/// Draws them with their upper left corner at a point.
+/// Draws title and key figures with their upper left corner at a point.
 pub(super) fn draw(
     svg: &mut Svg,
     [left, top]: [f64; 2],

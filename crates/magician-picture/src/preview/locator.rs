@@ -7,14 +7,14 @@ use crate::panel::Panel;
 use crate::svg::palette::{FAINT, INK, PAPER};
 use crate::svg::{Anchor, Svg, TextStyle};
 
-/// Scale.
+/// Scale of the map, 1 : 10.
 const SCALE: f64 = 0.1;
 /// Part of the plane shown, mm: the reach of any tool in front of the arm.
 const SHOWN_PART: [[f64; 2]; 2] = [[-100.0, -350.0], [380.0, 350.0]];
-/// Left edge if the view extends beyond that of [`SHOWN_PART`], mm: the reach of any tool beside
-/// the arm.
+/// Left edge of the map if the view extends beyond the left edge of [`SHOWN_PART`], mm: the reach
+/// of any tool beside the arm.
 const WIDE_LEFT_EDGE: f64 = -380.0;
-/// Height including the text below, mm.
+/// Height of the map including the text below it, mm.
 pub(super) const HEIGHT: f64 = (SHOWN_PART[1][1] - SHOWN_PART[0][1]) * SCALE + 6.0;
 
 /// Width of the locator of a view, mm.
@@ -33,7 +33,7 @@ fn part(view: &Panel) -> [[f64; 2]; 2] {
     [[left, bottom], end]
 }
 
-/// Draws it with its upper left corner at a point.
+/// Draws the map with its upper left corner at a point.
 pub(super) fn draw(
     svg: &mut Svg,
     corner: [f64; 2],

@@ -44,8 +44,8 @@ pub struct TextStyle {
 }
 
 impl Svg {
-    /// Begins a picture of this size on white, with a title that viewers show. A unit is that of
-    /// `unit` (`mm`), or a pixel if it is empty. X goes to the right, y down.
+    /// Begins a picture of this size on white, with a title that viewers show. Coordinates are in
+    /// `unit` (such as `mm`), or in pixels if `unit` is empty. X goes to the right, y down.
     ///
     /// ```
     /// use magician_picture::svg::{Number, Svg, palette, path};
@@ -82,8 +82,8 @@ impl Svg {
         svg
     }
 
-    /// Begins a picture of a part of a plane in true size on white: from its upper left corner to
-    /// the right and down, mm.
+    /// Begins a picture on white that shows a part of a plane in true size. The part is given by
+    /// its upper left corner, and its width and height, mm. X goes to the right, y down.
     #[must_use]
     pub fn true_size([left, top]: [f64; 2], [width, height]: [f64; 2]) -> Self {
         let [left, top, width, height] =
@@ -333,7 +333,7 @@ impl Pen {
             to[1].saturating_sub(self.at[1]),
         ];
         if begins {
-            // The first moveto is absolute in either case.
+            // SVG reads the first moveto of a path as absolute, even in lower case.
             self.data.push('m');
         } else if !self.lining {
             self.data.push('l');
