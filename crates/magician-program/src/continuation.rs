@@ -1,10 +1,10 @@
 //! Start in the middle of a plan: at a later step, or where an earlier run stopped.
 //!
-//! A step depends on the settings, outputs, tool and pose that the earlier steps leave. These steps
-//! are therefore followed first, without sending them. Then the settings in force are sent, and the
-//! tool approaches the step's start: straight up, across, straight down, with the laser off until
-//! it arrives. `partial_step` finds the place within a step that was cut short, `laser_off` the
-//! place where a burn ended.
+//! A step depends on the settings, outputs, tool and pose that the earlier steps leave. The host
+//! therefore simulates these steps first, without sending them. Then the settings in force are
+//! sent, and the tool approaches the step's start: straight up, across, straight down, with the
+//! laser off until it arrives. `partial_step` finds the place within a step that was cut short,
+//! `laser_off` the place where a burn ended.
 
 pub(crate) mod laser_off;
 pub(crate) mod partial_step;
@@ -29,13 +29,13 @@ const CROSSING_CLEARANCE: f64 = 10.0;
 const JOINT_TOLERANCE: f64 = 0.01;
 /// Largest height of any tool of the arm, mm.
 const MAX_HEIGHT: f64 = 400.0;
-/// Sideways step, as a share of the distance from the base, for a move across that cannot be high
-/// enough above the start position itself.
+/// Radial step, as a share of the distance from the base, between the points tried for the end of
+/// the move across if the point above the start position is out of reach.
 const SIDEWAYS_STEP: f64 = 0.05;
-/// Number of sideways steps in each direction.
+/// Number of such steps inwards, and outwards.
 const MAX_SIDEWAYS_STEPS: i32 = 8;
-/// Largest number of heights tried; the lowest is as far below the start position as the highest is
-/// above it.
+/// Largest number of heights tried: enough to go down from [`MAX_HEIGHT`] to about as far below the
+/// base plane.
 const MAX_HEIGHTS: u32 = 160;
 
 /// Plan that begins at a step of another plan and can be run on its own.
@@ -44,7 +44,7 @@ pub struct Continuation {
     /// The plan to run.
     pub plan: Plan,
     /// For each step of `plan` the step (from 0) of the whole plan that it belongs to. The approach
-    /// belongs to the first step: an interruption there begins with that step again.
+    /// belongs to the first step: a run that is interrupted there resumes with that step.
     pub steps: Vec<usize>,
 }
 
@@ -77,8 +77,8 @@ impl Continuation {
     /// ```
     ///
     /// # Errors
-    /// [`Diagnostic`] if the step does not exist, an earlier step is refused, its start is unknown
-    /// (after homing to an unknown point, for example), or the arm cannot reach it.
+    /// [`Diagnostic`] if the step does not exist, an earlier step is refused, the start of the step
+    /// is unknown (after homing to an unknown point, for example), or the arm cannot reach it.
     pub fn from_step(plan: &Plan, step: usize, start: &Preflight) -> Result<Self, Diagnostic> {
         Self::within_step(plan, step, None, start)
     }
@@ -177,12 +177,13 @@ struct LeadIn<'p> {
     /// Largest z so far.
     height: f64,
     steps: Vec<Step>,
-    /// Rest of the step, if it continues from within and needs another command for that.
+    /// Command for the rest of a step that resumes part-way. `None` if the step's own command fits,
+    /// or the step starts at its beginning.
     left: Option<Action>,
 }
 
 impl<'p> LeadIn<'p> {
-    /// Follows the plan up to the step, or to a place within it.
+    /// Simulates the plan up to the step, or up to a place within it.
     fn to(
         plan: &'p Plan,
         step: usize,
@@ -406,8 +407,8 @@ fn go(
     refusal.map_or(Ok(()), Err)
 }
 
-/// Moves up to `height` above a position, or as high as possible. `None` if the tool is that high
-/// already.
+/// Moves to the point above `place` whose z is `height`, or as high as possible. `None` if `place`
+/// is that high already.
 fn rise(
     place: &Pose,
     height: f64,

@@ -10,8 +10,8 @@ use magician_host::{Set, build};
 use magician_protocol::commands::EMotor;
 use magician_protocol::{PoList, PtpMode, Row, Writable};
 
-/// Key of a setting that has one value at a time: the command, and its pin, motor or connector if
-/// it has several.
+/// Key of a setting that has one value at a time: the id of the command, and the pin, motor or
+/// connector (0 if the command has only one).
 type Slot = (u8, u8);
 
 /// Settings left by commands, each with its last value.
@@ -44,7 +44,7 @@ impl Settings {
             Set::SetEndEffectorLaser(laser) => {
                 self.lit = laser.enable_ctrl.is_on() && laser.on.is_on();
             }
-            // A motor with a step count has finished by then, so nothing is left to set.
+            // A motor that runs for a number of steps stops by itself, so it leaves no setting.
             Set::EMotorS(motor) => drop(self.last.remove(&motor_slot(motor.index.into()))),
             Set::PtpPoCmd(ptp) => self.note_outputs(&ptp.po),
             Set::PtpPoWithLCmd(ptp) => {
@@ -70,7 +70,7 @@ impl Settings {
         self.count += 1;
     }
 
-    /// Records the outputs that a move switches on its way, in the order of the way.
+    /// Records the outputs that a move switches, in the order in which the arm reaches them.
     fn note_outputs(&mut self, list: &PoList) {
         let mut outputs = list.as_slice().to_vec();
         // If one output is switched twice, the later switch is the one left in force.
@@ -128,8 +128,8 @@ fn motor_slot(index: u8) -> Slot {
 /// Command id under which the state of motors is stored.
 const MOTOR_COMMAND_ID: u8 = EMotor::ROW.id;
 
-/// Key of the setting that a command leaves in force; `None` for a command with a single effect. A
-/// motor keeps running until another command stops it.
+/// Key of the setting that a command leaves in force; `None` for a command that acts only once.
+/// `EMotor` leaves one, because the motor keeps running until another command stops it.
 fn slot(command: &Set) -> Option<Slot> {
     let row: &Row = command.row();
     match command {

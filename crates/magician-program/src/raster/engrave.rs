@@ -18,7 +18,7 @@ use crate::{Artwork, Diagnostic, Origin, Plan, Stroke, Surface, Tool};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Engrave {
-    /// Distance of the lines, and resolution of the power along a line, mm.
+    /// Distance between lines, and resolution of the power along a line, mm.
     pub spacing: f64,
     /// Smallest and largest power, percent: for the lightest grey below white, and for black.
     pub power: [f64; 2],
@@ -36,7 +36,8 @@ pub struct Engrave {
     pub speed: f64,
     /// Acceleration to that speed, mm/s2.
     pub acceleration: f64,
-    /// Travel speed over long gaps, mm/s. The arm applies its speed ratio to it, half at power-up.
+    /// Travel speed over long gaps, mm/s. The arm multiplies it by its speed ratio, which is 50 %
+    /// at power-up.
     pub travel: f64,
     /// True to skip white lines and the white ends of lines, and to cross wide gaps at travel
     /// speed.
@@ -72,7 +73,7 @@ impl Engrave {
     /// Segments that the arm knows after the current one (model section 14).
     const LOOKAHEAD_SEGMENTS: f64 = 31.0;
 
-    /// Overscan, mm.
+    /// Overscan at each end of a line, mm: as set, else the distance needed to reach the speed.
     #[must_use]
     pub fn run_up(&self) -> f64 {
         let needed = self.speed * self.speed / (2.0 * self.acceleration);
@@ -83,8 +84,8 @@ impl Engrave {
     /// (model sections 8 and 14: the arm plans to stop at the end of the last segment it knows, and
     /// a segment takes a whole number of periods).
     ///
-    /// Below it, a speed at which a pixel does not take a whole number of periods is reduced to the
-    /// next lower one at which it does.
+    /// The arm crosses each pixel in a whole number of periods. It therefore reduces a speed below
+    /// the steady speed to the next lower one at which a pixel takes a whole number of periods.
     #[must_use]
     pub fn steady_speed(&self) -> f64 {
         let known = (2.0 * self.acceleration * Self::LOOKAHEAD_SEGMENTS * self.spacing).sqrt();
@@ -95,8 +96,9 @@ impl Engrave {
     /// Returns the frames of an image of this size (mm): its outline, and the area that the tool
     /// crosses, which is wider by the overscan.
     ///
-    /// They are placed like a drawing; [`Grid::of_frame`] returns the resulting position of the
-    /// image. With a page of the image's size the image is aligned with the corners of a sheet.
+    /// The frames are placed like a drawing; [`Grid::of_frame`] returns the resulting position of
+    /// the image. Their page has the image's size, so that the image, without its overscan, is
+    /// aligned with the corners of a sheet.
     ///
     /// The overscan does not shrink with an image that is scaled to fit; [`placed`](Self::placed)
     /// accounts for that.
@@ -146,8 +148,8 @@ impl Engrave {
         mut place: impl FnMut(&Artwork) -> Result<(Artwork, f64), Diagnostic>,
     ) -> Result<Grid, Diagnostic> {
         self.validate()?;
-        // The overscan does not shrink with the image, so the size that fits does not follow from
-        // the scale of a size that is too large: bisect.
+        // The overscan does not shrink with the image, so the scale that `place` returns does not
+        // give the largest size that fits: bisect.
         let mut fits = |share: f64| {
             let (placed, scale) = place(&self.frame(size.map(|side| side * share)))?;
             Ok::<_, Diagnostic>((scale >= 1.0).then_some(placed))

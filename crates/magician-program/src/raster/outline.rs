@@ -58,8 +58,8 @@ fn longer_side(points: &[[f64; 2]]) -> f64 {
     side(0).max(side(1))
 }
 
-/// Centres of the pixels with a border of white. Outlines cross the edges between a dark and a
-/// light neighbour (marching squares).
+/// Grid of grey values at the pixel centres, surrounded by a white border. Outlines cross the edges
+/// between a dark and a light neighbour (marching squares).
 struct Nodes {
     grey: Vec<u8>,
     width: usize,
@@ -110,8 +110,8 @@ impl Nodes {
     }
 
     /// For each edge through which an outline enters a square of four nodes, the edge through which
-    /// it leaves. The index of an edge is twice its first node, plus one if it goes down from
-    /// there.
+    /// it leaves. The index of an edge is twice the index of its first node (left or upper), plus
+    /// one for an edge that leads down.
     fn crossings(&self) -> Vec<u32> {
         let mut next = vec![NO_EDGE; 2 * self.stride() * (self.height + 2)];
         for y in 0..=self.height {
@@ -134,9 +134,11 @@ impl Nodes {
         next
     }
 
-    /// Pairs of edges of a square that an outline connects. Clockwise around the square it runs
-    /// from where dark ends to where dark begins: to the next such edge if the centre is dark, so
-    /// that the dark corners are connected, else to the previous one.
+    /// Pairs of edges of a square that an outline connects. Clockwise around the square, the
+    /// outline enters through an edge where dark ends, and leaves through an edge where dark
+    /// begins. If two outlines cross the square (a saddle), the mean grey decides: a dark centre
+    /// connects the dark corners, so the outline leaves through the next edge clockwise, else
+    /// through the previous.
     fn pairs(
         &self,
         nodes: [[usize; 2]; 4],
@@ -166,7 +168,7 @@ impl Nodes {
             _ => [node[0], node[1] + 1],
         };
         let [one, next] = [node, other].map(|node| f64::from(self.at(node)));
-        // Between two grey levels, so that the crossing is never at a node.
+        // The threshold lies between two grey levels, so that no crossing is at a node.
         let share = (f64::from(self.level) - 0.5 - one) / (next - one);
         let size = [self.width, self.height].map(|side| side as f64);
         [0, 1].map(|axis| {

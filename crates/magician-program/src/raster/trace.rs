@@ -66,8 +66,8 @@ pub struct Trace {
     pub despeckle: f64,
     /// Number of dot sizes (default 64) or of hatching layers (default 6).
     pub levels: Option<u8>,
-    /// Distance of rows of dots or lines, mm; for hatching, in the lightest areas. Derived from the
-    /// pen width by default.
+    /// Distance between rows of dots or lines, mm; for hatching, in the lightest areas. Derived
+    /// from the pen width by default.
     pub spacing: Option<f64>,
     /// Width of the pen's line, mm.
     pub pen_width: f64,
@@ -90,9 +90,10 @@ impl Default for Trace {
 
 /// Grey level below which a spot can be a speck: lighter pixels are noise of white paper.
 const SPECK_LEVEL: u8 = 240;
-/// Resolution at which specks are searched in shaded styles, mm, with at most `MAX_SIDE` pixels on
-/// a side.
+/// Pixel size at which shaded styles look for specks, mm. Larger if the image would exceed
+/// [`MAX_SIDE`].
 const SPECK_PIXEL_SIZE: f64 = 0.1;
+/// Largest side of an image in which shaded styles look for specks, pixels.
 const MAX_SIDE: usize = 2000;
 
 impl Trace {
@@ -101,7 +102,7 @@ impl Trace {
     /// Default number of hatching layers.
     const DEFAULT_HATCH_LAYERS: u8 = 6;
 
-    /// Distance of rows of dots or lines, mm.
+    /// Distance between rows of dots or lines, mm.
     pub(super) fn spacing(&self) -> f64 {
         let widths = match self.style {
             ImageStyle::Hatch => f64::from(self.hatch_levels()),
@@ -115,8 +116,8 @@ impl Trace {
         self.levels.unwrap_or(Self::DEFAULT_HATCH_LAYERS).max(1)
     }
 
-    /// Same options for an image that is scaled afterwards: the pen keeps its width, and lengths
-    /// refer to the drawn size.
+    /// Converts the options for lines that are scaled by `scale` afterwards, so that the pen width
+    /// and all lengths hold at the drawn size.
     #[must_use]
     pub(crate) fn at_scale(&self, scale: f64) -> Self {
         Self {
@@ -222,7 +223,8 @@ impl Trace {
     }
 }
 
-/// Reduces an image so that pixels are at least `pixel` mm, with at most `most` on a side.
+/// Reduces an image so that its pixels are at least `pixel` mm wide, and each side has at most
+/// `most` pixels.
 pub(super) fn reduced(image: &Raster, page: [f64; 2], pixel: f64, most: usize) -> Raster {
     let shrink = (image.width.max(image.height) as f64 / most as f64).max(1.0);
     let side = |pixels: usize, length: f64| {

@@ -14,15 +14,16 @@ use magician_sim::{Controller, Profile, Scenario, World};
 use super::HOST_LINK;
 use crate::{Action, Plan, Tool};
 
-/// Compliance of a tool beyond the height range of its surface, mm.
+/// Compliance of a tool in addition to the height range of the surface, mm.
 const TOOL_COMPLIANCE: f64 = 3.0;
-/// Largest compliance of a tool, mm. Parts of the surface further down are not touched.
+/// Largest compliance of a tool, mm. The tool does not reach parts of the surface that lie further
+/// below its highest point.
 const MAX_COMPLIANCE: f64 = 100.0;
 /// Smallest start height of a tool above the table, mm.
 const MIN_START_HEIGHT: f64 = 20.0;
 /// Start position if the tool is too low in the home pose, mm.
 const RAISED_START: [f64; 2] = [200.0, 0.0];
-/// Height above the surface that still counts as touching, mm: rounding of what is sent.
+/// Height above the surface that still counts as touching, mm. Covers the rounding of coordinates.
 const TOUCH_TOLERANCE: f64 = 1e-3;
 /// Largest distance of a table from the base plane, mm; beyond it the height must be a mistake.
 const MAX_TABLE_DISTANCE: f64 = 1000.0;
@@ -37,7 +38,8 @@ pub struct RehearseOptions {
     /// where its pen draws.
     pub table: Option<f64>,
     /// Joints at the start. Default: the home pose, or above the table. Set this for a plan made
-    /// from a known pose, so that the rehearsal starts there too. J1 is reported relative to it.
+    /// from a known pose, so that the rehearsal starts there too. The virtual arm reports J1
+    /// relative to its angle at the start.
     pub standing: Option<JointAngles>,
     /// Interval at which the tool position is recorded; `None` records none.
     pub watch: Option<Duration>,
@@ -102,7 +104,8 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
     Ok(arm)
 }
 
-/// Joints above the table, if the tool would be inside the table at home, or barely above it.
+/// Joint angles that hold the tool above the table. `None` if the home pose is at least
+/// [`MIN_START_HEIGHT`] above it, or no such angles are within the limits.
 fn joints_above(table: f64, tool: Tool) -> Option<JointAngles> {
     let geometry = Geometry::magician(tool.bias());
     let home = geometry.forward(&JointAngles::HOME);
@@ -120,7 +123,7 @@ fn joints_above(table: f64, tool: Tool) -> Option<JointAngles> {
     places.find_map(|place| geometry.inverse_within(&place, &limits).ok())
 }
 
-/// Start state for a check that holds for this arm.
+/// State of this arm, as the start of a preflight check.
 #[must_use]
 pub fn start_of(arm: &Controller) -> Preflight {
     let state = arm.state();
@@ -131,7 +134,8 @@ pub fn start_of(arm: &Controller) -> Preflight {
     }
 }
 
-/// Start state for a check that holds for the arm of a [`stage`], without creating one.
+/// State of the arm that [`stage`] returns, as the start of a preflight check, without creating
+/// that arm.
 ///
 /// # Errors
 /// Same as [`stage`].
@@ -173,7 +177,8 @@ pub fn tool_of(plan: &Plan, options: &RehearseOptions) -> Tool {
         .unwrap_or_else(|| needed_tool(plan))
 }
 
-/// Kind of tool for a bias, derived from the plan; a named tool is returned unchanged.
+/// Replaces a tool that is given only by its bias by the kind of tool that the plan needs. Returns
+/// a named tool unchanged.
 pub(crate) fn tool_kind(plan: &Plan, tool: Tool) -> Tool {
     match tool {
         Tool::Bias(_) => needed_tool(plan),

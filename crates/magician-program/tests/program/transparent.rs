@@ -18,6 +18,7 @@ const BORDER: u32 = 10;
 const SIZE: f64 = 30.0;
 /// Centre on the table, mm.
 const CENTRE: [f64; 2] = [250.0, 0.0];
+/// Height of the table, mm.
 const TABLE: f64 = -60.0;
 
 fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
@@ -57,7 +58,7 @@ fn palette(border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
     bytes
 }
 
-/// The image in a file of each kind with transparency.
+/// Encodes the framed image in format number `kind` (0 to 7) of those with transparency.
 fn file(kind: usize, border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
     let image = DynamicImage::from(framed(border, inside));
     match kind {
@@ -88,7 +89,7 @@ fn prepared_plan(bytes: &[u8], said: Value) -> Result<Plan, Diagnostic> {
     }
 }
 
-/// Burnt or drawn segments: both ends, and the power.
+/// Burnt or drawn segments: both ends, and the power (percent; 255 for a pen line).
 fn marks(plan: &Plan) -> Vec<([f64; 2], [f64; 2], f64)> {
     let (mut at, mut marks) = ([0.0; 3], Vec::new());
     for step in &plan.steps {
@@ -180,8 +181,8 @@ fn half_transparent_pixels_burn_in_proportion() {
     }
 }
 
-/// Options of images, and the largest distance of a mark from opaque pixels, mm: half a line or a
-/// dot, or the blur of shaded styles.
+/// Image options, and the largest allowed distance of a mark from opaque pixels, mm: half the width
+/// of a line or a dot, or the blur of a shaded style.
 fn options() -> impl Strategy<Value = (Map<String, Value>, f64)> {
     let engrave = prop_oneof![Just("grey"), Just("threshold"), Just("dither")]
         .prop_map(|mode| (json!({"work": "engrave", "mode": mode}), 0.35));
@@ -248,7 +249,7 @@ proptest! {
             said.insert("crop".into(), json!([0, 0, SIDE, SIDE]));
         }
         let bytes = file(kind, border, [red, green, blue, opacity]);
-        // The drawing may be empty.
+        // A refusal is allowed: there may be nothing to draw.
         if let Ok(plan) = prepared_plan(&bytes, Value::Object(said.clone())) {
             for (from, to, power) in marks(&plan) {
                 for place in [from, to] {

@@ -95,7 +95,7 @@ fn wedge(steps: usize) -> (Raster, Vec<f64>) {
     (image, darkness)
 }
 
-/// Error of the ink of each step of a wedge of 12 mm steps.
+/// Share of ink minus darkness, for each step of a wedge with steps of 12 mm.
 fn errors(trace: &Trace) -> Vec<f64> {
     let (image, darkness) = wedge(11);
     let trace = Trace {
@@ -131,7 +131,7 @@ fn ink_of_each_grey_step_matches_its_tone() {
                 mean < 0.05,
                 "{style} with {pen_width}: {mean:.3}, {off:.3?}"
             );
-            // A layer of hatching is present or absent: the error is at most half of one.
+            // A layer of hatching is present or absent: the error is at most half a layer.
             let most = if style == ImageStyle::Hatch {
                 0.09
             } else {
@@ -174,7 +174,7 @@ fn scanned(artwork: &Artwork, page: [f64; 2], pen: f64) -> Raster {
     }
 }
 
-/// Largest distance of a point of some lines from others.
+/// Largest distance of a point on `lines` from the lines in `from`, and that point.
 fn farthest(lines: &[Stroke], from: &[Stroke]) -> (f64, [f64; 2]) {
     let mut far = (0.0, [0.0; 2]);
     for pair in pieces(lines) {
