@@ -1,11 +1,12 @@
-//! Recovery of frames from a byte stream, after any split, foreign text or damage.
+//! Recovery of frames from a byte stream that may be split anywhere, contain foreign text or be
+//! damaged.
 //!
-//! The header is not escaped, so 0xAA 0xAA may also stand inside parameters, and a damaged Len byte
-//! may take in the frames behind it. The deframer therefore treats each header as a *candidate*: it
-//! waits for Len bytes, compares the checksum, and on failure resumes the search at the candidate's
-//! second byte. A candidate whose checksum matches by chance although its Len is damaged is
-//! recognised by two signs together: its length is unusual for the command, and whole frames stand
-//! inside it.
+//! The header is not escaped, so 0xAA 0xAA may also stand inside parameters, and a frame with a
+//! damaged Len byte may appear to contain the frames after it. The deframer therefore treats each
+//! header as a *candidate*: it waits for Len bytes, compares the checksum, and on failure resumes
+//! the search at the candidate's second byte. A candidate whose checksum matches by chance although
+//! its Len is damaged is recognised by two signs together: its length is unusual for the command,
+//! and whole frames stand inside it.
 //!
 //! Memory and work are bounded for any input, because the deframer also runs in interrupt handlers
 //! and faces strangers on the network.
@@ -20,9 +21,9 @@ use crate::frame::{Ctrl, Frame, MAX_LEN, checksum};
 const BUFFER_SIZE: usize = 472;
 /// Size of the shortest frame (header, Len, id, Ctrl, checksum), bytes.
 const MIN_FRAME_SIZE: usize = 6;
-/// Budget of additions for the search for swallowed frames, per candidate.
-// Together with the candidate's own checksum it keeps the worst input, a run of 0xAA, below 256
-// additions a byte.
+/// Largest number of bytes summed for checksums, per candidate, in the search for frames inside it.
+// Together with the candidate's own checksum this budget keeps the worst input, a run of 0xAA,
+// below 256 additions a byte.
 const SEARCH_BUDGET: usize = 80;
 
 /// Reason why a frame candidate (two header bytes and what follows) was rejected.
@@ -35,9 +36,9 @@ pub enum Rejection {
         /// Checksum byte received.
         found: u8,
     },
-    /// Len is below 2 or above 250 (errata E03), or the frame has a length that its command does
-    /// not have and contains whole frames, as after a damaged Len byte whose checksum matches by
-    /// chance.
+    /// Len is below 2 or above 250 (errata E03), or it was damaged and the checksum matches by
+    /// chance. Damage shows by two signs together: the length is unusual for the command, and the
+    /// candidate contains whole frames.
     Length(u8),
     /// The line fell silent, or the input ended, inside the frame.
     Truncated,
@@ -99,7 +100,7 @@ pub enum Event<'a> {
     },
 }
 
-/// Finds frames in a byte stream: in any split, between foreign text, after damage.
+/// Finds frames in a byte stream that may be split anywhere, contain foreign text or be damaged.
 ///
 /// The protocol does not escape its header (errata E04), so the search resumes at the second byte
 /// of a rejected candidate. A fault costs the frame it hits and, if a false checksum matches by
@@ -301,7 +302,8 @@ impl Deframer {
         }
     }
 
-    /// Verdict on a candidate that has fewer than the `wanted` bytes it can be judged by.
+    /// Returns the verdict on a candidate that is shorter than the `wanted` bytes needed to judge
+    /// it.
     fn incomplete(&mut self, wanted: usize) -> Verdict {
         match (self.expiring, self.end - self.start) {
             (false, _) => {
@@ -314,7 +316,7 @@ impl Deframer {
     }
 }
 
-/// True if a candidate with a matching checksum is false nevertheless.
+/// True if a candidate is no frame although its checksum matches, because its Len was damaged.
 ///
 /// One in 256 damaged Len bytes passes the checksum and could take thirty good frames with it.
 #[inline]

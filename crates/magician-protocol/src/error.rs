@@ -13,7 +13,8 @@ pub enum DecodeError {
         /// Parameter bytes in the frame.
         found: usize,
     },
-    /// The list of outputs has neither form of errata E29.
+    /// The length of the output list is neither a multiple of 4 nor one more than that, for a
+    /// count that comes first (errata E29).
     List {
         /// Bytes left for the list.
         found: usize,

@@ -63,8 +63,8 @@ pub struct Bounds {
 }
 
 impl Range {
-    /// Returns the bounds as in a JSON schema: the widest ones if they depend on another field, no
-    /// bounds for texts, lists and rail positions.
+    /// Returns the bounds as in a JSON schema: the widest ones for [`Range::By`], and none for
+    /// texts and lists ([`Range::AtMost`]) or rail positions ([`Range::Absolute`]).
     ///
     /// ```
     /// use magician_protocol::Range;

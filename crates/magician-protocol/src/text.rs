@@ -97,7 +97,8 @@ impl Wire for Text {
 
     fn write(&self, writer: &mut Writer<'_>) {
         writer.put(self.as_bytes());
-        // Exactly 248 bytes fill the frame: a controller then sent no NUL, and none fits.
+        // A text of 248 bytes fills the frame. Only a controller can have sent it, without a NUL,
+        // and no NUL fits behind it.
         if usize::from(self.len) < MAX_PARAMS {
             writer.put(&[0]);
         }

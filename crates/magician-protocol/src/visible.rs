@@ -8,8 +8,8 @@ use core::fmt::{self, Display, Write};
 /// True if a terminal obeys this character or shows the text around it differently.
 ///
 /// These are control characters (C0, DEL, C1), marks that change the writing direction, and
-/// characters of no width. The two joiners (U+200C, U+200D) are excluded: words and emoji are spelt
-/// with them.
+/// zero-width characters. The zero-width non-joiner and joiner (U+200C, U+200D) are excluded: words
+/// and emoji are spelt with them.
 ///
 /// ```
 /// use magician_protocol::is_deceptive;

@@ -1,5 +1,5 @@
-//! Cost of a damaged byte: no false frame passes that the checksum can detect, and the deframer
-//! resynchronises at once.
+//! Cost of a damaged byte: the checksum rejects every false frame that it can detect, and the
+//! deframer resynchronises at once.
 
 use crate::material::frames;
 use magician_protocol::{Deframer, Description, Event, Frame, Request};
@@ -79,7 +79,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Takes the frames from `first` on, long enough for any false Len to end inside.
+    /// Collects frames from `first` on, until a frame with any false Len ends within their bytes.
     fn new(all: &[Vec<u8>], first: usize) -> Self {
         let (mut frames, mut bytes) = (Vec::new(), Vec::new());
         for frame in all.iter().cycle().skip(first) {

@@ -66,7 +66,7 @@ fn canonical(info: &LayoutInfo, noise: &[u8]) -> Vec<u8> {
     params
 }
 
-/// Wire bytes of a reflected value.
+/// Wire bytes of a value that was decoded through the layout description.
 fn write_back(field: &Field, value: &FieldValue<'_>) -> Vec<u8> {
     let scalar = |scalar: Scalar, value: &FieldValue<'_>| match value {
         FieldValue::Unsigned(number) => number.to_le_bytes()[..scalar.size()].to_vec(),
@@ -96,7 +96,7 @@ fn write_back(field: &Field, value: &FieldValue<'_>) -> Vec<u8> {
     }
 }
 
-/// Text of a reflected value as a command-line argument.
+/// Text, as a command-line argument, of a value that was decoded through the layout description.
 fn argument(value: &FieldValue<'_>) -> String {
     match value {
         FieldValue::Enum(_, byte) => byte.to_string(),
