@@ -28,7 +28,7 @@ Listener = Callable[[Any], object]
 
 
 class GeneratorEnd(Exception):
-    """A generator has ended."""
+    """Raised at the end of a generator, or of the run that it feeds."""
 
 
 @overload
@@ -134,7 +134,10 @@ def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
 
 
 def wait_left(call: Call[T], left: Call[None], listener: Listener | None = None) -> T:
-    """Waits in this thread for a call with a cleanup. An interrupt is raised once ``left`` is over."""
+    """Waits in this thread for a call with a cleanup.
+
+    An interrupt is raised only after the cleanup, ``left``, has ended.
+    """
     try:
         return call.wait(listener)
     except BaseException:
@@ -147,8 +150,9 @@ def wait_left(call: Call[T], left: Call[None], listener: Listener | None = None)
 
 
 def wait_over(job: Job) -> str | None:
-    """Waits in this thread for the cleanup of a stopped job. An interrupt meanwhile may stop it at once but does not
-    end the wait, which the job keeps short.
+    """Waits in this thread for the cleanup of a stopped job, which has a time limit.
+
+    A further interrupt may stop the job at once, but does not end the wait.
     """
     while True:
         over = job.over()
@@ -232,7 +236,7 @@ def wait_stopped(core: Core, interruption: BaseException) -> None:
 
 
 async def until(call: Call[T], listener: Listener | None = None) -> T:
-    """Waits in the running event loop. A cancelled call is abandoned."""
+    """Waits in the running event loop. Cancelling the task abandons the call."""
     return await _until(call, listener)
 
 
@@ -374,8 +378,10 @@ async def until_moment() -> None:
 
 
 async def until_stopped(core: Core, interruption: BaseException) -> None:
-    """Stops the arm because of an exception, and adds a note to it if the stop is uncertain. The stop continues without
-    a waiter."""
+    """Stops the arm because of an exception, and adds a note to it if the stop is uncertain.
+
+    If this wait is cancelled, the stop still continues.
+    """
     try:
         await _until(core.stop(), None)
     except Error as failure:
@@ -433,7 +439,7 @@ def _ended(going: RunningMotion | FinishedMotion, timeout: float | None) -> Any:
 
 
 class Closeable(Protocol):
-    """A connection: an arm's, or a session at a station."""
+    """Connection to an arm, or session at a station."""
 
     def close(self) -> Call[None]:
         """Starts to close the connection."""

@@ -51,7 +51,7 @@ class ToolState(Value):
     """State of an arm's tools; values are ``None`` if unknown."""
 
     name: str | None
-    """Name of the tool, if its tip is that of a named one."""
+    """Name of the tool, if its tip has the offset of a named tool; otherwise ``None``."""
     bias: tuple[float, float, float] | None
     """Offset of the tip from the flange, mm."""
     suction: bool | None
@@ -66,25 +66,25 @@ class ArmState(Value):
     """Latest state of an arm, read by a station."""
 
     arm: str
-    """Its name."""
+    """Name of the arm."""
     t: float
     """When the pose was read, Unix seconds of the station."""
     x: float
-    """Of the tool's tip, mm."""
+    """X of the tool tip, mm."""
     y: float
-    """Of the tool's tip, mm."""
+    """Y of the tool tip, mm."""
     z: float
-    """Of the tool's tip, mm."""
+    """Z of the tool tip, mm."""
     r: float
-    """Turn of the tool, degrees."""
+    """Rotation of the tool, degrees."""
     j1: float
-    """Degrees."""
+    """Angle of joint 1, degrees."""
     j2: float
-    """Degrees."""
+    """Angle of joint 2, degrees."""
     j3: float
-    """Degrees."""
+    """Angle of joint 3, degrees."""
     j4: float
-    """Degrees."""
+    """Angle of joint 4, degrees."""
     rail: float | None
     """Position on the rail, mm, if there is one."""
     current_index: int
@@ -149,7 +149,7 @@ class JobState(Value):
     reason: str | None
     """Reason of a pause."""
     text: str | None
-    """Message for the operator at a pause between parts or of the program."""
+    """Message for the operator at a pause between parts, or at a pause step of the program."""
     error: Mapping[str, Any] | None
     """Reason of a failure."""
 
@@ -172,7 +172,7 @@ class StationEvent(Value):
     """Event of an arm."""
 
     arm: str
-    """Its name."""
+    """Name of the arm."""
     seq: int
     """Its number, from 1."""
     t: float
@@ -187,7 +187,9 @@ class Notice(Value):
     """Notification of a station."""
 
     method: str
-    """``"lease.changed"``, ``"lease.asked"``, ``"job.changed"``, ..; ``"connection"`` when it breaks or is back."""
+    """``"lease.changed"``, ``"lease.asked"``, ``"job.changed"``, ..; ``"connection"`` if the
+    connection to the station is lost or restored.
+    """
     params: Any
     """Content of the notification."""
 
@@ -272,7 +274,7 @@ def connecting(url: str, name: str, token: str | None) -> Call[Station]:
 
 
 class ArmAt:
-    """Address of a session's arm, for a connection."""
+    """Arm at a session's station, as a connection target (``Connectable``)."""
 
     def __init__(self, core: Station, name: str | None) -> None:
         self._core = core

@@ -48,8 +48,9 @@ class CaseResult(Value):
     source: str
     """Source of the expectation."""
     confidence: Literal["M", "V", "VL", "T", "G"]
-    """Confidence: measured on real arms, vendor document, vendor code for the sibling arm, third parties, own
-    assumption."""
+    """Confidence in the source: ``"M"`` measured on real arms, ``"V"`` vendor document, ``"VL"``
+    vendor code for the sibling arm, ``"T"`` third parties, ``"G"`` own assumption.
+    """
     tags: tuple[str, ...]
     """Tags of the case: ``"moves"``, ``"exact"``, ``"hurts"``, ``"sim-only"``, ``"world"``, ``"power-up"``."""
     outcome: Literal["passed", "failed", "skipped"]
@@ -162,8 +163,8 @@ def conform(
         (``"moves"``), or a confidence (``"M"``).
     :param skip: Patterns of the cases to skip.
     :param timeout: Timeout of an answer, s.
-    :param allow_motion: Whether an arm that is not virtual may move, through most of its range: take its tool off and
-        clear its reach.
+    :param allow_motion: Allows motion of a real arm, through most of its range: take its tool off
+        and clear its reach.
     :param progress: ``True`` shows a line on stderr; a function is called with a :class:`CaseProgress` after each case.
         An exception in it ends the run.
     :raises InvalidInputError: A pattern matches nothing, or a real arm would move without ``allow_motion``; nothing was
@@ -236,7 +237,7 @@ class _Running:
                 self._tell(CaseProgress(len(self._results), self._cases, self._failed, result))
 
     def ended(self) -> Conformance:
-        """Handles the end of the run."""
+        """Ends the progress line and returns the results."""
         found = Conformance(tuple(self._results))
         if self._line is not None:
             self._line.end(repr(found)[1:-1])

@@ -1,7 +1,7 @@
 """Forward kinematics, inverse kinematics and reach, for single poses or whole arrays.
 
-No arm is needed. The driver, the check and the virtual arm use the same numbers: the arm's geometry (model
-section 2) and the controller's limits of its joints.
+No arm is needed. The driver, the check of programs and the virtual arm use the same constants: the
+arm's geometry (model section 2) and the controller's joint limits.
 
 >>> from magician import forward, inverse, is_reachable
 >>> forward(0, 0, 0, 0)
@@ -9,7 +9,8 @@ Position(x=147.0, y=0.0, z=135.0, r=0.0)
 >>> is_reachable(400, 0, 0)
 False
 
-An array in place of the numbers has one row for each pose, mm and degrees; the result is a NumPy array of as many rows.
+:func:`forward`, :func:`inverse` and :func:`is_reachable` also take an array with one row per pose
+(mm and degrees), and return NumPy arrays with as many rows.
 """
 
 from __future__ import annotations

@@ -54,7 +54,7 @@ class Frame(Value):
 
     @classmethod
     def from_points(cls, origin: Target, on_x: Target, on_y: Target) -> Frame:
-        """Creates the plane through three touched points, poses or x, y, z.
+        """Creates the plane through three touched points. Each is a pose, or x, y, z.
 
         :param origin: Origin of the frame.
         :param on_x: Any point on the positive X axis; a larger distance is more accurate.
@@ -95,7 +95,10 @@ class Frame(Value):
 
     @property
     def rotation(self) -> float:
-        """Direction of the X axis seen from above, degrees from the arm's X towards its Y. It is added to r."""
+        """Direction of the X axis seen from above, degrees from the arm's X towards its Y.
+
+        :meth:`to_arm` adds it to the tool's rotation.
+        """
         return math.degrees(math.atan2(self.x_axis[1], self.x_axis[0]))
 
     @property
@@ -305,7 +308,7 @@ class Poses(MutableMapping[str, Position]):
             f"  {json.dumps(name, ensure_ascii=False)}: {json.dumps(pose._asdict())}" for name, pose in poses.items()
         ]
         written = "{\n" + ",\n".join(lines) + "\n}\n" if lines else "{}\n"
-        # The file is the old one or the new one, whatever ends the program.
+        # Atomic: after a crash the file has either its old or its new content.
         _magician.write_whole(self.path, written.encode())
 
 
@@ -346,8 +349,10 @@ def meeting(
     hold: float | None = None,
     speed: float | None = None,
 ) -> tuple[list[Queueable], list[Queueable]]:
-    """Builds the commands of :meth:`magician.Arm.pick_from_belt`: those until the tool is above the object, and the
-    rest."""
+    """Builds the commands of :meth:`magician.Arm.pick_from_belt`, as two lists.
+
+    The first ends with the tool above the object; the second lowers it, picks and lifts.
+    """
     gripper = _is_gripper(tool)
     ready: list[Queueable] = [words.release() if gripper else words.suction(True)]
     if speed is not None:

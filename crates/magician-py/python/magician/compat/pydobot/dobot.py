@@ -62,7 +62,7 @@ class Dobot(Methods):
         """Not needed: calls may come from any thread."""
         self._magician_open(port)
         self.ser: Port = self._magician_port
-        """The port, as far as programs use it beside the library."""
+        """Serial port, with the members that programs use besides the library."""
         self._magician_say(f"{self._magician_port.name} open")
         self._magician_setup()
         self._get_pose()
@@ -156,7 +156,10 @@ class Dobot(Methods):
 
 
 def _port_fault(error: PortError) -> Exception:
-    """Creates the error of a port, for programs that expect pyserial's."""
+    """Converts a port error into one that is also pyserial's ``SerialException``.
+
+    Returns it unchanged if the program does not use pyserial.
+    """
     theirs = getattr(sys.modules.get("serial"), "SerialException", None)
     if not isinstance(theirs, type) or not issubclass(theirs, OSError):
         return error
