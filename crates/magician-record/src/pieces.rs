@@ -102,7 +102,7 @@ impl<S: Sink + ?Sized> Sink for Box<S> {
     }
 }
 
-/// Position of a piece in the bytes of its direction and link, and the origin of those.
+/// Position of a piece among the bytes of its direction and link, and the origin of these bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Place<'a> {
     /// Number of bytes of the same direction and link before it.
@@ -111,12 +111,12 @@ pub struct Place<'a> {
     pub origin: Origin<'a>,
 }
 
-/// Numbers of decoded and of other pieces.
+/// Counts of decoded and of undecodable pieces.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PieceCounts {
     /// Frames with a known meaning.
     pub good: u64,
-    /// Frames without one, rejected candidates and runs of noise.
+    /// Frames without a known meaning, rejected candidates and runs of noise.
     pub bad: u64,
 }
 
@@ -160,9 +160,10 @@ struct PieceInterpreter<S: Sink> {
 }
 
 impl<S: Sink> Decoder<S> {
-    /// Creates a decoder. `sender` is the sender of bytes whose direction is not known.
+    /// Creates a decoder. `sender` is assumed for bytes whose direction is not known.
     ///
-    /// If it is `None`, the direction whose layout fits is taken, and a request if both fit.
+    /// If it is `None`, a frame counts as the direction whose layout it fits, or as a request if it
+    /// fits both.
     pub fn new(sender: Option<Direction>, sink: S) -> Self {
         Self {
             streams: Vec::new(),

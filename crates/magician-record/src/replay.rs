@@ -1,8 +1,8 @@
 //! Replay: sends the requests of a recorded session to a virtual arm, and compares the answers.
 //!
 //! A [`Replay`] is a [trace](crate::trace) in memory. [`Replay::against`] sends its requests to a
-//! [`Controller`] in the trace's own time and returns a [`Report`]. The arm's time is virtual, so a
-//! session of an hour takes no hour. A trace attached to a bug report becomes a test:
+//! [`Controller`] in the trace's own time and returns a [`Report`]. The arm's time is virtual, so
+//! an hour's session is replayed in far less. A trace attached to a bug report becomes a test:
 //!
 //! ```
 //! use magician_sim::Controller;
@@ -35,9 +35,9 @@
 //!   hour of uptime, the virtual arm starts with the same uptime.
 //! * Floats of values that can only be read (`Pose`, `PoseL`, ...) are measurements and may differ
 //!   by [`Tolerances::measured`]. Settings must be equal bit for bit.
-//! * Whatever [`Replay::ignoring`] names is not compared.
-//! * A request without an answer in both sessions is equal, and so is one whose answer the trace
-//!   ends too early for.
+//! * Commands and fields named by [`Replay::ignoring`] are not compared.
+//! * A request that has no answer in both sessions is equal, and so is a request whose answer would
+//!   come after the end of the trace.
 //!
 //! Answers are matched to requests by link, id, Ctrl and order. A request is given up after 3 s, so
 //! a lost answer does not shift all later ones.
@@ -196,7 +196,7 @@ impl<'a> Replay<'a> {
             return Err(error.into());
         }
         in_order(&packets)?;
-        // A run that never became a frame is written late, with the time of its bytes.
+        // Bytes that never became a frame are written late, with their own time.
         packets.sort_by_key(|packet| packet.time);
         let replay = Self {
             packets,
@@ -327,8 +327,8 @@ impl<'a> Replay<'a> {
                 Direction::Reply => {
                     let read = commands::DeviceTime::decode(frame.params()).ok()?;
                     // The arm reads its clock when the request arrives. The time of the answer
-                    // would put the uptime too low, and a command in the first microseconds into
-                    // the previous period.
+                    // would give too low an uptime, and would move a command in the first
+                    // microseconds of a period into the previous one.
                     Some((asked.unwrap_or(packet.time), read))
                 }
             }
@@ -367,8 +367,8 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// Checks that times only go back between directions and links: an incomplete frame is written
-/// last.
+/// Checks that times never go back within one direction of a link. Elsewhere they may, because an
+/// incomplete frame is written last.
 fn in_order(packets: &[Packet<'_>]) -> Result<(), ReplayError> {
     let mut last = BTreeMap::new();
     for (at, packet) in packets.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Bytes of a line in a host's recording, and their extraction as a trace.
+//! Frames in a host's recording, from the bytes on its line, and their extraction as a trace.
 
 mod recording;
 
@@ -93,7 +93,8 @@ fn the_frames_of_a_recording_are_a_trace() {
     );
     assert!(packets.iter().all(|one| one.link_name == "usb"));
     assert_eq!(packets[0].bytes, GET_POSE);
-    // However much of the file there is.
+    // A file truncated at any byte gives at most these packets, or the error `Empty` or
+    // `Unreadable`.
     for end in (8..file.len()).step_by(101) {
         match trace_of(&file[..end]) {
             Ok(part) => assert!(read_trace(&part).count() <= 6),

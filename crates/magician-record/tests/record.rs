@@ -80,7 +80,7 @@ fn get_pose() -> Vec<u8> {
         .to_vec()
 }
 
-/// Records a program in virtual time until `end`, with additional stops at `cuts`.
+/// Records a program in virtual time until `end`, advancing the clock to each of `cuts` on the way.
 fn recorded(programme: &[u8], end: Micros, cuts: &[Micros]) -> Vec<u8> {
     let mut arm = Controller::default();
     let mut recorder = Recorder::new(Vec::new(), EPOCH).unwrap();
@@ -163,7 +163,7 @@ fn what_changes_is_written_when_it_changes_and_every_second() {
             .find(|read| read.value["current_index"] == index);
         found.unwrap().at
     };
-    // The suction cup takes no time, so 3 and 4 finish together.
+    // Switching the suction cup takes no time, so the commands of index 3 and 4 finish together.
     assert_eq!(first.at, finished(4));
     assert_eq!(finished(5), finished(4) + 130_000);
     for topic in ["/queue", "/io", "/alarms", "/status"] {
@@ -179,7 +179,7 @@ fn what_changes_is_written_when_it_changes_and_every_second() {
 
 #[test]
 fn alarms_and_events_have_the_instant_at_which_they_came() {
-    // Out of reach: alarm 0x12 or another one of planning, at its turn in the queue.
+    // A target out of reach raises alarm 0x12 or another planning alarm, at its turn in the queue.
     let programme = [start(), wait(333), ptp(1, [400.0, 0.0, 0.0, 0.0])].concat();
     let (all, _) = read(&recorded(&programme, SECOND, &[]));
     let alarms = of(&all, "/alarms");
@@ -271,8 +271,8 @@ fn what_happens_in_the_world_is_told_by_name() {
     assert_eq!(of(&all, "/io").last().unwrap().value["holding"], true);
 }
 
-/// Drives a runner with a list of (wall time, link, bytes) until a wall time, waking when it asks
-/// and at `extra` times.
+/// Feeds a runner with a list of (wall time, link, bytes) until the wall time `end`. Wakes it at
+/// its timeouts and at the `extra` times.
 fn drive(
     runner: &mut Runner,
     inputs: &[(Micros, LinkId, Vec<u8>)],

@@ -1,4 +1,4 @@
-//! The arm in 3D: frames that lead to the tip, shapes of the links, and strokes.
+//! The arm in 3D: coordinate frames from the base to the tip, shapes of the links, and strokes.
 
 mod recording;
 
@@ -50,7 +50,8 @@ fn times(matrix: &Matrix, vector: Vector) -> Vector {
     matrix.map(|row| (0..3).map(|at| row[at] * vector[at]).sum())
 }
 
-/// Root of a frame, and position of a point of it in the root, from `/tf` up to an instant.
+/// Returns the root of a coordinate frame, and the position in the root of a point given in that
+/// frame, by the transforms in `/tf` up to an instant.
 fn placed(all: &[Read], until: Micros, frame: &str, point: Vector) -> (String, Vector) {
     let mut frames = BTreeMap::new();
     for read in of(all, "/tf").into_iter().filter(|read| read.at <= until) {
@@ -75,7 +76,7 @@ fn queued(id: u8, params: &[u8]) -> Vec<u8> {
     frame.bytes().to_vec()
 }
 
-/// Moves along a line, and one of the joints.
+/// Returns the requests that start the queue and move along a straight line to each point.
 fn moves(points: &[[f32; 4]]) -> Vec<u8> {
     let start = FrameBuf::new(240, Ctrl::SET, &[]).unwrap();
     let clear = FrameBuf::new(20, Ctrl::SET, &[]).unwrap();
@@ -332,7 +333,7 @@ fn an_arm_that_never_rests_costs_less_than_thirty_percent_more() {
     let (mut before, mut after) = (0, 0);
     for message in mcap::MessageStream::new(&file).unwrap() {
         let message = message.unwrap();
-        // The head of the record, and its place in the index.
+        // Header of the record, and its entry in the index.
         let bytes = message.data.len() + 31 + 16;
         match &*message.channel.topic {
             "/tf" | "/scene" => after += bytes,

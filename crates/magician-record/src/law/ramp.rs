@@ -5,10 +5,10 @@
 //! same profile with three parameters: start, speed and acceleration. They are fitted so that the
 //! readings are as close to the profile as possible.
 //!
-//! Times are the host's, and jitter. A reading is compared with the profile at its time and
-//! [`JITTER`] before and after; the deviation at the best of them is the residue. In periods that
-//! is the pose of the neighbouring period, for readings within the jitter of its boundary; in
-//! continuous time it is anything passed meanwhile.
+//! Times are the host's, and jitter. A reading is compared with the profile at its own time and
+//! [`JITTER`] before and after; the smallest deviation is the residue. With periods, a reading
+//! within the jitter of a boundary is thereby compared with the pose of the neighbouring period as
+//! well. In continuous time it is compared with all positions within the jitter.
 //!
 //! The search has two steps: a coarse grid of guesses around the times of start and end, then
 //! pattern search from the best few. Periods make many local minima, so one start would not do.
@@ -18,14 +18,14 @@ use magician_motion::{KinematicLimits, MotionLaw};
 use super::log::Sample;
 use crate::replay::JITTER;
 
-/// Difference up to which two values are the same place, mm or deg: above the noise of readings,
-/// and below the first period of a power-up jog.
+/// Largest difference at which two values count as the same position, mm or deg. It is above the
+/// noise of readings, and below the distance of the first period of a power-up jog.
 const REST_TOLERANCE: f64 = 0.02;
-/// Time at which a place counts as rest, s: two periods.
+/// Shortest time at one position that counts as rest, s: two periods.
 pub(super) const REST: f64 = 0.04;
 /// Largest distance of a reading from a straight line, mm or deg.
 const LINE_TOLERANCE: f64 = 0.03;
-/// Shortest motion that reveals anything, mm or deg.
+/// Shortest motion that is fitted, mm or deg.
 const MIN_MOTION: f64 = 0.5;
 /// Fewest readings of a motion. Fewer do not determine three parameters.
 const MIN_READINGS: usize = 6;
@@ -53,7 +53,8 @@ pub(super) struct Motion {
     length: f64,
     /// Time and position of its readings.
     places: Vec<(f64, f64)>,
-    /// Times of the last reading at rest and the first on the way; the same at the end.
+    /// Start: times of the last reading at rest and the first in motion. End: times of the last
+    /// reading in motion and the first at rest.
     ends: [(f64, f64); 2],
 }
 
@@ -63,13 +64,13 @@ pub(super) struct Motions {
     pub(super) told: Vec<Motion>,
     /// Number of motions with too few readings.
     pub(super) sparse: usize,
-    /// Number of motions that are straight neither in space nor in the joints, or that turn round.
+    /// Number of motions that are straight neither in space nor in the joints, or that reverse.
     pub(super) bent: usize,
     /// Number of motions that are too short.
     pub(super) short: usize,
     /// Number of motions cut by the start or the end of the log.
     pub(super) open: usize,
-    /// Number of motions beyond the most that are fitted.
+    /// Number of motions not fitted because of [`MAX_FITTED_MOTIONS`].
     pub(super) left: usize,
     /// True if no two readings differ.
     pub(super) at_rest: bool,
@@ -156,7 +157,8 @@ impl Motions {
             straight.filter(|line| line.bend <= LINE_TOLERANCE && line.length >= MIN_MOTION);
         let straight = straight.min_by(|a, b| a.bend.total_cmp(&b.bend));
         match straight {
-            // The order of the arms decides which reason is reported for a motion with several.
+            // The order of these match arms decides which reason is reported for a motion with
+            // several.
             _ if farthest < MIN_MOTION => self.short += 1,
             _ if on_way < MIN_READINGS => self.sparse += 1,
             None => self.bent += 1,
@@ -269,12 +271,13 @@ impl Guess {
     };
 }
 
-/// Tried factors on the speed that the readings show. The readings of a triangle do not show its
-/// peak.
+/// Factors tried on the speed that the readings show. The readings of a triangular velocity profile
+/// do not show its peak speed.
 const FASTER: [f64; 14] = [
     0.94, 0.96, 0.97, 0.975, 0.98, 0.985, 0.99, 0.995, 1.0, 1.005, 1.01, 1.03, 1.2, 1.5,
 ];
-/// Step between tried ramps, s. It is below a period, so one of them is close to the right one.
+/// Step between tried ramp durations, s. It is below a period, so one of them is close to the true
+/// duration.
 const RAMP_STEP: f64 = 0.006;
 /// Step between tried middles, s.
 const MIDDLE_STEP: f64 = 0.003;
@@ -305,7 +308,8 @@ const STEPS: [[f64; 3]; 26] = {
 };
 
 /// Weight of the squared distance at a reading's own time, against that at the best time within the
-/// jitter. It breaks ties in the middle of the jitter.
+/// jitter. It breaks ties: of profiles that fit equally well within the jitter, the one closest to
+/// the readings at their own times wins.
 const OWN_TIME_WEIGHT: f64 = 0.01;
 
 /// Number of guesses that are refined. Periods create many local minima.
@@ -351,7 +355,7 @@ impl Motion {
         (cost, best)
     }
 
-    /// Highest speed that is held for a while, as the readings show it.
+    /// Returns the highest mean speed that the readings show over at least 0.3 of the duration.
     fn steady_speed(&self, lasting: f64) -> f64 {
         let mean = self.length / lasting;
         let least = 0.3 * lasting;
@@ -374,8 +378,8 @@ impl Motion {
         for faster in FASTER {
             let velocity = fastest * faster;
             let cruise = self.length / velocity;
-            // The ramp takes the time that the distance at full speed leaves. Its slow ends are
-            // taken for rest, and the longer the ramp, the more of them.
+            // The ramp takes what remains of the duration after the cruise. Readings at its slow
+            // ends count as rest, and the longer the ramp, the more of them do.
             let ramp = (lasting - cruise).max(0.0);
             let least = (ramp - gap - 0.01).max(0.01);
             let unseen = 2.0 * libm::sqrt(2.0 * REST_TOLERANCE * ramp.max(0.02) / velocity);
@@ -411,7 +415,7 @@ impl Motion {
         }
     }
 
-    /// Sum of squares to minimise. May return any value above `most` once it exceeds that.
+    /// Returns the sum of squares to minimise. Once the sum reaches `most`, returns a partial sum.
     fn cost(&self, law: MotionLaw, guess: Guess, most: f64) -> f64 {
         let mut sum = 0.0;
         self.distances(law, Self::limits(guess), guess.middle, |own, best| {
@@ -467,7 +471,7 @@ impl Motion {
             });
             worst
         };
-        // A triangle never reaches its speed: any higher speed gives the same readings.
+        // A triangular profile never reaches its speed: any higher speed gives the same readings.
         let reaches = |limits: &KinematicLimits| {
             limits.velocity * limits.velocity < 0.98 * limits.acceleration * self.length
         };
@@ -478,7 +482,7 @@ impl Motion {
         let tried = digits.into_iter().flat_map(|digits| {
             let round = |value: f64, digits: f64| (value * digits).round() / digits;
             let acceleration = round(own.acceleration, f64::max(digits, 1.0));
-            // A speed that is hardly reached may just as well be a higher one.
+            // If the speed is barely reached, the readings may fit a higher speed just as well.
             let speeds = [round(own.velocity, digits), 10.0 * own.velocity];
             speeds.map(|velocity| KinematicLimits {
                 velocity,

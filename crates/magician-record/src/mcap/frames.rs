@@ -1,4 +1,4 @@
-//! Frames as messages, in the terms of `magician decode --json`.
+//! Frames as messages, with the field names of `magician decode --json`.
 
 use std::io::{self, Write};
 
@@ -12,7 +12,7 @@ use super::Micros;
 use super::file::{File, Topic};
 use super::message::Time;
 
-/// Direction of a link: its name, and its incomplete frames.
+/// One direction of a link: the link's name, and the bytes of an incomplete frame.
 pub(super) struct FrameLine {
     pub(super) name: String,
     deframer: Deframer,

@@ -1,4 +1,4 @@
-//! The arm in three dimensions: frames and shapes of its links, and its strokes.
+//! The arm in three dimensions: coordinate frames and shapes of its links, and its strokes.
 
 use std::io::{self, Write};
 
@@ -16,9 +16,11 @@ use strokes::Strokes;
 
 /// Samples between two writes of moved frames. A viewer interpolates.
 pub(super) const SAMPLES_PER_TRANSFORM: Micros = 10;
-/// Interval at which the whole scene is written again, for viewers that start in the middle ..
+/// Shortest interval at which the whole scene is written again, for viewers that start in the
+/// middle.
 const SCENE_INTERVAL: Micros = 5 * SECOND;
-/// .. or longer, so that it takes at most this many bytes per sample, however large the drawing is.
+/// Bytes per sample that writing the whole scene again may take. A large drawing is written less
+/// often than every [`SCENE_INTERVAL`].
 const SCENE_BYTES_PER_SAMPLE: u64 = 24;
 /// Most points of strokes that are written again; larger drawings are written once.
 const MAX_REPEATED_POINTS: usize = 100_000;
@@ -48,7 +50,7 @@ pub(super) struct Scene {
     /// The carriage on its rail, then the links, as last written.
     placed: [Option<Placed>; 8],
     strokes: Strokes,
-    /// Number of stroke entities besides `strokes`.
+    /// Number of entities `strokes N` written since the entity `strokes` with all strokes.
     pieces: u32,
     due: Micros,
 }
@@ -67,7 +69,8 @@ impl Scene {
         }
     }
 
-    /// Adds a drawn line. Its ends are in mm in the frame of the rail, or of an arm without one.
+    /// Adds a drawn line. Its ends are in mm in the frame of the rail, or of the base without a
+    /// rail.
     pub(super) fn draw(&mut self, ink: Ink, from: [f64; 3], to: [f64; 3]) {
         self.strokes.add(ink, from, to, MAX_REPEATED_POINTS);
     }
@@ -153,7 +156,7 @@ impl Scene {
     }
 }
 
-/// Frame of a link; the first link has that of the arm's coordinates, and the last one the tip.
+/// Name of a link's frame: the base for the first link, the tip for the last one.
 fn name(link: &Link) -> &'static str {
     match (link.parent, link.name) {
         (None, _) => BASE,
@@ -174,7 +177,8 @@ fn frame_of(
         let placed = Placed::at(Xyz::millimetres(along), Rotation::NONE);
         return stance.rail.map(|_| (RAIL, placed));
     };
-    // Here the frame of the first link is that of the arm's coordinates.
+    // In a recording the first link's frame is the arm's own, so its offset is added to that of its
+    // children.
     let carried = parent == first.name;
     let at = [0, 1, 2].map(|axis| link.at[axis] + if carried { first.at[axis] } else { 0.0 });
     let angle = { link.joint }.map_or(0.0, |joint: LinkJoint| joint.angle(&stance.joints));
@@ -193,7 +197,7 @@ fn solid(link: &Link) -> (Shape, Solid) {
         Shape::Sphere => [0.0; 3],
         Shape::Box | Shape::Cylinder => turned.turn([0.0, 0.0, link.size[2] / 2.0]),
     };
-    // Here the frame of the first link is that of the arm's coordinates.
+    // In a recording the first link's frame is the arm's own, so the shape has the link's offset.
     let from = if link.parent.is_none() {
         link.at
     } else {

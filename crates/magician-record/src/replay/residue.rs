@@ -5,7 +5,7 @@ use magician_protocol::{FrameBuf, Layout, Readable, commands};
 /// x, y, z in mm; r and J1 to J4 in deg.
 pub(crate) type Values = [f64; 8];
 
-/// Poses of a session.
+/// Comparison of the poses of a session.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Poses {
     /// The previous recorded pose.
@@ -13,8 +13,9 @@ pub(super) struct Poses {
 }
 
 impl Poses {
-    /// Distance of a recorded answer from those of the virtual arm at consecutive instants, mm and
-    /// deg, and whether it differs from the previous one. `None` if it is not a pose.
+    /// Returns the distance, mm and deg, of a recorded pose from the nearest pose that the virtual
+    /// arm answers at consecutive instants, and whether the recorded pose differs from the previous
+    /// recorded one. `None` if the recorded answer is not a pose.
     ///
     /// In continuous time the poses between two instants count as well.
     pub(super) fn residue(

@@ -63,7 +63,7 @@ pub(super) struct Io {
     holding: bool,
     laser: bool,
     laser_power: f64,
-    /// Pins with any setting.
+    /// Pins with a function, level, frequency or duty cycle.
     pins: Vec<Pin>,
     /// Pulses per second.
     steppers: [f64; 2],
@@ -102,7 +102,7 @@ impl Pin {
     }
 }
 
-/// Replaces NaN and infinity, which JSON cannot express, by the 0 that they mean to the arm.
+/// Replaces NaN and infinity, which JSON cannot express, by 0, which is how the arm treats them.
 fn finite(value: f32) -> f32 {
     if value.is_finite() { value } else { 0.0 }
 }
