@@ -4,9 +4,9 @@
 //! does, and keeps its queue, its alarms and its motion. It has no clock, no thread and no I/O: the
 //! caller hands it bytes and instants. [`Runner`] puts it on a wall clock with a baud rate.
 //!
-//! A [`Profile`] holds the firmware: all values at power-up, and every choice where nothing is
-//! documented. A [`World`] holds everything outside of the arm: table, objects, belt, script.
-//! [`fidelity`] reports which assumptions an arm's answers have relied on.
+//! A [`Profile`] holds the firmware: all values at power-up, and every choice made where no
+//! document describes the behaviour. A [`World`] holds everything outside of the arm: table,
+//! objects, belt, script. [`fidelity`] reports which assumptions an arm's answers have relied on.
 //!
 //! Errata (E37) are in `docs/reference/ERRATA.md` of the repository, model sections in
 //! `docs/reference/MODEL.md`.

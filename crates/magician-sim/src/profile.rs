@@ -1,4 +1,5 @@
-//! The firmware profile: all values at power-up, and every decision where nothing is documented.
+//! The firmware profile: all values at power-up, and every choice made where no document describes
+//! the behaviour.
 //!
 //! Firmware 3.6.14 is built in. A profile file is a patch: it gives only the values that differ.
 //! The planning numbers become an [`ArmModel`](magician_motion::ArmModel), which the host's checks
@@ -26,8 +27,8 @@ pub use sections::{
 pub(crate) const MAX_NAME: usize = 64;
 /// Longest serial number, bytes (model section 15).
 pub(crate) const MAX_SERIAL: usize = 23;
-/// Longest stored program, in commands, whatever the profile says. A choice: it bounds the memory
-/// of an arm to a few megabytes, and leaves a stored program far longer than any known one.
+/// Longest stored program, in commands, whatever the profile says. Choice: bounds the memory of an
+/// arm to a few megabytes, and is far above the length of any known program.
 pub(crate) const MAX_LINES: usize = 65_536;
 /// Number of EIO addresses; they run from 1 to this (model section 13).
 pub(crate) const PINS: usize = 20;
@@ -63,7 +64,7 @@ pub enum ProfileError {
     },
 }
 
-/// The differences between firmwares, and every choice that a scenario may want to change.
+/// Values in which firmwares differ, and every choice that a scenario may want to change.
 ///
 /// [`Profile::default`] is firmware 3.6.14; [`Profile::from_toml`] reads the values that differ.
 /// [`Profile::pattern`] is a complete file with the source of each value.
@@ -109,7 +110,7 @@ pub struct Profile {
 impl Profile {
     /// Firmware 3.6.14 in continuous time, where a jog comes to rest before another axis is jogged.
     ///
-    /// Simpler than the real arms in recordings; for comparison with closed forms of time.
+    /// Simpler than recorded real arms; for comparison with closed-form functions of time.
     #[must_use]
     pub fn continuous() -> Self {
         Self {

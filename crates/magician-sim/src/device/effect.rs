@@ -8,7 +8,7 @@ use super::motion::{JogPlan, PathPoint, PlannedMotion};
 use crate::ArmInstant;
 use crate::event::Refusal;
 
-/// Origin of a command.
+/// Time at which a command is carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ExecMode {
     /// Carried out on arrival.
@@ -17,18 +17,18 @@ pub(crate) enum ExecMode {
     Queued,
 }
 
-/// State that a command leaves for the queue to wait for.
+/// Condition that completes a command; the queue waits for it before the next command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Completion {
-    /// Finished.
+    /// Complete already.
     Done,
-    /// A motion that it started.
+    /// Complete at the end of the motion that it started.
     Moving,
-    /// An instant.
+    /// Complete at an instant.
     Waiting(ArmInstant),
-    /// An input.
+    /// Complete when an input meets a condition.
     Triggered(Trigger),
-    /// A stepper output that counts pulses, by index.
+    /// Complete when a stepper output, given by its index, has counted its pulses.
     Turning(usize),
 }
 
@@ -93,7 +93,7 @@ impl Effects {
     /// LostStepCmd has the most: an alarm for each of three joints.
     const CAPACITY: usize = 3;
 
-    /// No effect beyond the parts that the handler has changed itself.
+    /// No effect beyond the settings, pins and tools that the handler itself changed.
     pub(crate) fn none() -> Self {
         Self::default()
     }

@@ -1,8 +1,8 @@
-//! From a frame to its reply: acting at once, queueing, or refusing.
+//! Handling of a request: executes it at once, queues it or refuses it, and returns its reply.
 //!
-//! Every request with a known id gets exactly one reply (hosts 1), even if its parameters cannot be
-//! read or nothing is done. Silence is reserved for unknown ids (E09) and for the overflow of a
-//! strict controller.
+//! Every request with a known id gets exactly one reply (errata, hosts 1), even if its parameters
+//! cannot be read or nothing is done. Silence is reserved for unknown ids (E09) and for the
+//! overflow of a strict controller.
 
 use magician_protocol::{
     Alarm, Ctrl, DecodeError, EncodeError, Frame, FrameBuf, QueuedCmdIndex, Request, Row, Set,
@@ -51,7 +51,8 @@ impl Device {
             Ok(Request::Queue(_)) => self.enqueue(id, ctrl, QueuedCommand::Nothing),
             Ok(Request::Get(_) | Request::Set(_) | Request::Nothing) => nothing(),
             Err(error) => {
-                // A parameter count of no known form: answered, but nothing is done (E11).
+                // The parameter count matches no known form: the arm answers, but does nothing
+                // (E11).
                 self.record.assume(Assumption::WrongCount);
                 self.record.refuse(id, Refusal::Parameters);
                 if is_queued(ctrl, id, error) {
@@ -72,7 +73,8 @@ impl Device {
             self.record.refuse(set.row().id, Refusal::Busy);
             return;
         }
-        // An immediate command is finished when it is answered; a motion goes on without a waiter.
+        // An immediate command is finished when it is answered. Nothing waits for the end of its
+        // motion.
         let _: Completion = self.carry_out(set, ExecMode::Immediate);
         // The pins that it set may satisfy a TRIG, and a start lets the queue run.
         self.update_tools();
@@ -136,7 +138,8 @@ impl Device {
 
     fn unknown_id(&mut self, link: LinkId, id: u8) {
         self.record.event(Event::UnknownId { link, id });
-        // The silence follows the vendor's simulator, the alarm its own definition (E09).
+        // The missing reply follows the vendor's simulator; the alarm follows its own definition
+        // (E09).
         if self.record.allows(id, Assumption::UnknownId) {
             self.raise(Alarm::UndefinedInstruction);
         }

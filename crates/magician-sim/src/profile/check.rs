@@ -4,8 +4,8 @@ use magician_motion::{Ceilings, Limits, Range};
 
 use super::{Defaults, MAX_LINES, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError, QueueRules};
 
-/// Deepest queue of a profile. It bounds the controller's memory; real arms have 32 places (model
-/// section 14).
+/// Largest queue depth that a profile may set. It bounds the controller's memory; real arms have 32
+/// places (model section 14).
 const MAX_DEPTH: usize = 1024;
 
 impl Profile {
@@ -81,7 +81,7 @@ impl Profile {
             "1 to 1024",
         )?;
         rule(
-            // 0 is never given: hosts take it for an error (model section 14).
+            // The arm never assigns index 0: hosts read it as an error (model section 14).
             first_index >= 1,
             "queue.first_index",
             first_index,

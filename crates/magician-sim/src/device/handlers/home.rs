@@ -13,7 +13,8 @@ impl Report for HomeParams {
     const ASSUMPTION: Assumption = Assumption::HomeUnchecked;
 
     fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
-        // Until a host sets a home point, the answer is computed from joints (E44).
+        // Until a host sets a home point, the answer is the pose of the profile's home joints
+        // (E44).
         match cx.store.settings.home {
             Some(_) => <Self as Report>::ASSUMPTION.into(),
             None => AssumptionSet::from(Assumption::HomeUnset)
@@ -61,7 +62,7 @@ impl Apply for HomeCmd {
     }
 }
 
-// Answered from what was set: no source says in which unit the arm reports (E21).
+// Reports the accuracy last set: no source says in which unit the arm reports (E21).
 impl Report for AutoLeveling {
     const ASSUMPTION: Assumption = Assumption::StoredWithoutEffect;
 

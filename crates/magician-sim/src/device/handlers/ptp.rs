@@ -16,7 +16,8 @@ use crate::event::Refusal;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 stored! {
-    // Stored up to the ceilings; ratios as they are (model section 6).
+    // Values above a ceiling are stored as the ceiling; ratios are stored as sent (model section
+    // 6).
     PtpJointParams in motion.ptp_joint: Parameters,
         capped |set, ceilings| set.cap(ceilings);
     PtpCoordinateParams in motion.ptp_coordinate: Parameters,
@@ -48,8 +49,8 @@ fn request(cx: &Context<'_>, to: &PtpMove) -> Option<Move> {
     to.request(cx.store.settings.motion.jump())
 }
 
-/// Target on the rail, mm; `None` without a rail, because its number is ignored then (model section
-/// 12).
+/// Target on the rail, mm; `None` without a rail, because the arm then ignores the target (model
+/// section 12).
 fn rail_target(cx: &Context<'_>, to: &PtpMove) -> Option<f64> {
     let rail = f64::from(to.rail.filter(|_| cx.has_rail())?);
     Some(if to.mode.is_relative() {

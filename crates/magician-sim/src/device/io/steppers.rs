@@ -1,8 +1,8 @@
 //! The two stepper outputs: they run at a constant rate until the next command, or for a number of
 //! pulses.
 //!
-//! Position is a closed form of time, as for the arm. A counted run ends on its exact number of
-//! pulses, which rounding to microseconds would miss.
+//! The position is a closed-form function of time, as for the arm. A counted run ends on its exact
+//! number of pulses, which rounding to microseconds would miss.
 
 use crate::ArmInstant;
 use crate::convert::micros;
@@ -31,7 +31,7 @@ pub struct StepperState {
 struct Motor {
     rate: f64,
     since: ArmInstant,
-    /// Pulses counted by the last command.
+    /// Pulse count at the instant of the last command.
     counted: f64,
     run: Option<Run>,
 }
@@ -40,7 +40,7 @@ struct Motor {
 #[derive(Clone, Copy, Debug)]
 struct Run {
     ends: ArmInstant,
-    /// Pulses counted at its end.
+    /// Pulse count, since power-up, at its end.
     counted: f64,
 }
 

@@ -1,4 +1,5 @@
-//! Settings of hosts that the flash does not keep: each parameter set as it was sent, bit for bit.
+//! Settings that hosts send and the flash does not keep; each parameter set is stored bit for bit
+//! as it was sent.
 
 use magician_model::MotionSettings;
 use magician_motion::{Pose, Target};
@@ -30,7 +31,7 @@ impl Ids {
 /// The parameter sets. They start with the values of the profile.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings {
-    /// Ids that were set or carried out since power-up.
+    /// Ids of the commands that were set or carried out since power-up.
     pub(crate) set_ids: Ids,
     /// `None` until a host sets it; homing then ends at the home joints of the profile.
     pub(crate) home: Option<HomeParams>,
@@ -43,7 +44,7 @@ pub(crate) struct Settings {
     pub(crate) cp_common: CpCommonParams,
     pub(crate) cp_hold_rotation: CpRHeadHoldEnable,
     pub(crate) wifi_config: WifiConfigMode,
-    /// Instant since which the Wi-Fi module has been joining its network.
+    /// Instant at which the Wi-Fi module began to join its network.
     pub(crate) wifi_begun: ArmInstant,
     pub(crate) firmware_mode: FirmwareMode,
     pub(crate) lost_step: LostStepParams,
