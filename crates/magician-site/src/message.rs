@@ -1,7 +1,7 @@
 //! State messages on the bus of a site, as JSON.
 //!
-//! They are public and unauthenticated: any host on the network can read and forge them. Only a
-//! certificate of the site proves who sent one, so parsing bounds the size of everything.
+//! They are public and unauthenticated: any host on the network can read and forge them. Nothing in
+//! a message proves its sender, only a certificate of the site does. So parsing bounds all sizes.
 
 use std::net::{IpAddr, SocketAddr};
 
@@ -50,7 +50,7 @@ impl StateMessage {
         Some(message)
     }
 
-    /// Converts it to the news of a station on `machine`.
+    /// Converts the message to the report of a station on `machine`.
     #[must_use]
     pub fn report(self, machine: &str) -> ArmReport {
         ArmReport {

@@ -27,10 +27,10 @@ use crate::{StateThrottle, StationId};
 pub(super) const MAX_ARMS_PER_CLIENT: usize = 16;
 /// States a second that are requested from the station.
 const STATE_RATE: u32 = 10;
-/// Pause before a client that the station has closed connects again.
+/// Delay before reconnecting after the station has closed the client.
 const RECONNECT_DELAY: Duration = Duration::from_secs(1);
 
-/// Facts about this station, shared by everything that speaks for it.
+/// Facts about this station, shared by the tasks that publish and answer queries for it.
 pub(super) struct OwnStation {
     pub(super) keys: Keys,
     pub(super) id: StationId,
@@ -104,7 +104,7 @@ impl ArmPublisher {
         })
     }
 
-    /// Merged state, shared with the queries.
+    /// Returns the throttle, which holds the merged state. Answers to queries use it too.
     pub(super) fn throttle(&self) -> Arc<Mutex<StateThrottle>> {
         Arc::clone(&self.throttle)
     }

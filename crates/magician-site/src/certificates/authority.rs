@@ -84,7 +84,7 @@ impl Authority {
     ///
     /// # Errors
     /// [`CertificateError::Exists`] if the folder already holds a site;
-    /// [`CertificateError::Incomplete`] if it holds an authority with other machines that has lost
+    /// [`CertificateError::Incomplete`] if it holds an authority that has other machines but lacks
     /// a file; [`CertificateError::Name`] for an invalid name; errors of the folder.
     pub fn init(folder: &Path, site: &str, machine: &str) -> Result<Self, CertificateError> {
         if !is_name(site) {
@@ -102,8 +102,8 @@ impl Authority {
             let folder = folder.path().to_owned();
             return Err(CertificateError::Incomplete(folder, "own.pem"));
         }
+        // A list left by an earlier authority has to go, because the new one has not signed it.
         match fs::remove_file(folder.revoked()) {
-            // A list of an earlier authority: the new one has not signed it.
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 return Err(CertificateError::Write(folder.revoked(), error));
             }
@@ -210,7 +210,8 @@ impl Authority {
     ///
     /// # Errors
     /// [`CertificateError::Name`], [`Taken`](CertificateError::Taken),
-    /// [`Revoked`](CertificateError::Revoked), [`Request`](CertificateError::Request); the folder.
+    /// [`Revoked`](CertificateError::Revoked), [`Request`](CertificateError::Request); errors of
+    /// the folder.
     pub fn sign(&self, request: &str, name: &str) -> Result<SignedCertificate, CertificateError> {
         let locked = self.folder.lock()?;
         self.sign_locked(request, name, &locked)

@@ -62,7 +62,7 @@ pub(super) struct Subscription {
 /// Connection of a client.
 #[derive(Debug)]
 pub(super) struct Socket {
-    /// Token at stations. Before the hello that of the HTTP request.
+    /// Token used at stations. Before the hello this is the token of the HTTP request.
     pub(super) token: Option<String>,
     /// Time of the last list of sessions.
     pub(super) listed: Option<HostInstant>,
@@ -190,9 +190,9 @@ pub(super) enum Purpose {
     Resubscribe(u16),
     /// The reply is ignored.
     Nothing,
-    /// The program of this request, which continues with it.
+    /// Fetches the program that this request needs. The request continues with the reply.
     Program(Call),
-    /// Sessions of home. The sessions of the stations follow.
+    /// Lists the sessions at home. With the reply, those at the stations are gathered.
     Sessions(Call),
 }
 

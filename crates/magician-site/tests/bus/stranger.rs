@@ -1,8 +1,8 @@
 //! A stranger on the network: the declarations it can make, the data it gets, and the harm it can
 //! do.
 //!
-//! On a site with certificates it cannot connect. On one without, it sees presence and states, and
-//! its own are shown as unproved.
+//! On a site with certificates it cannot connect. On a site without certificates it sees presence
+//! and states, and the arms that it announces are shown as unproved.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};

@@ -1,4 +1,4 @@
-//! The classroom: the site with its hub, the clock on the wall, and the notes of the lesson.
+//! The classroom: the site with its hub, the time since the lesson began, and notes on the lesson.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -31,7 +31,7 @@ pub(crate) struct Started {
     pub(crate) interrupted: bool,
 }
 
-/// Time span in which a page had an arm.
+/// Time span in which a page had the turn at an arm.
 pub(crate) struct Span {
     pub(crate) arm: String,
     pub(crate) who: &'static str,

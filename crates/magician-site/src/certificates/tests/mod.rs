@@ -1,4 +1,4 @@
-//! Certificates of a site in temporary folders, over in-memory pipes.
+//! Tests of the certificates of a site, with temporary folders and in-memory connections.
 
 mod authority;
 mod connections;
