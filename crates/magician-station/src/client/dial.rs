@@ -24,7 +24,7 @@ use super::task::{NO_ANSWER, OPEN_TIMEOUT, refused, upgrade};
 use super::trust::{Stream, no_station, refused_certificate};
 use super::{ClientError, RawSocket};
 
-/// Pause before a socket is opened again because the process or the system is out of descriptors.
+/// Delay before opening a socket is retried after the process or the system ran out of descriptors.
 const DESCRIPTOR_RETRY_DELAY: Duration = Duration::from_millis(50);
 
 /// Station identified by the name in its certificate, with addresses at which it may answer.
@@ -45,7 +45,7 @@ impl fmt::Debug for StationDial {
 }
 
 impl StationDial {
-    /// Creates a station with this name. `config` contains the trusted certificates, and this
+    /// Describes the station with this name. `config` contains the trusted certificates, and this
     /// program's own certificate if stations ask for one.
     #[must_use]
     pub fn new(name: &str, addresses: Vec<SocketAddr>, config: Arc<ClientConfig>) -> Self {
@@ -118,8 +118,9 @@ impl StationDial {
     }
 }
 
-/// Opens a socket, and retries while the process is out of descriptors. A stop of all arms of a
-/// large site dials each at several addresses at once. The caller limits the time.
+/// Opens a socket, and retries while the process is out of descriptors. It can run out during a
+/// stop of all arms of a large site, which dials every station at several addresses at once. The
+/// caller limits the time.
 async fn with_descriptor<T, Opening: Future<Output = io::Result<T>>>(
     mut open: impl FnMut() -> Opening,
 ) -> io::Result<T> {

@@ -1,4 +1,4 @@
-//! Ends of motion that no client asks for: of the station, and of outputs without a holder.
+//! Stops that no client requests: at the end of the station, and of outputs without a lease holder.
 
 use magician::{Arm, ErrorCode};
 use serde_json::Value;
@@ -23,8 +23,8 @@ impl EngineTask {
         });
     }
 
-    /// Switches off motor outputs and a laser that would stay on without a holder. A command in the
-    /// queue that would switch one on is dropped with the queue.
+    /// Switches off motor outputs and the laser if they would stay on without a lease holder.
+    /// Queued commands that would switch them on are dropped.
     pub(super) fn end_unattended(&mut self) {
         // What a running job switched on belongs to the job until it pauses or ends.
         self.end_unattended_with_job();
@@ -49,8 +49,7 @@ impl EngineTask {
     }
 }
 
-/// True if something is on that has no end of its own: a motor output, or the laser as far as is
-/// known.
+/// True if a motor output runs or the laser is known to be on. Neither ends by itself.
 fn has_unattended(arm: &Arm) -> bool {
     arm.outputs().laser == Some(true) || !arm.motors().running().is_empty()
 }
@@ -62,12 +61,13 @@ pub(super) async fn switch_unattended_off(arm: &Arm) -> magician::Result<()> {
     } else {
         Ok(())
     };
-    // Also if the laser did not answer.
+    // The motors are stopped even if the laser did not answer.
     let stopped = arm.motors().stop().await;
     dark.and(stopped)
 }
 
-/// Stops an arm until nothing of it moves, burns, runs or waits.
+/// Stops an arm until it stands, laser and motor outputs are off, and its queue is empty. With
+/// `is_reader` the queue is not checked.
 async fn stop_completely(arm: &Arm, is_reader: bool) -> magician::Result<()> {
     let (_, places) = arm.stats().await?;
     for stops in 0.. {
@@ -77,7 +77,7 @@ async fn stop_completely(arm: &Arm, is_reader: bool) -> magician::Result<()> {
             break;
         }
         if stops == MAX_FINAL_STOPS {
-            // Given up, so that the end of the station is not held up for ever.
+            // Gives up, so that the station can end.
             let message = "commands come to the arm's queue again after each stop";
             return Err(magician::Error::new(ErrorCode::StopUnconfirmed, message));
         }

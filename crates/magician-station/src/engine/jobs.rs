@@ -1,9 +1,10 @@
 //! Jobs of an arm: checking the program, running it through `magician-job`, and
 //! reporting.
 //!
-//! A job occupies the slot of its arm from the order to start to its end. Its program is read off
-//! the engine's task, because that may take seconds; meanwhile pauses are stored and a stop gives
-//! the reading up. A running job ends, pauses and resumes through its [`JobHandle`].
+//! A job occupies the slot of its arm from the order that starts it until it ends. Its program is
+//! read in the background and not on the engine's task, because reading may take seconds. Meanwhile
+//! pauses are stored, and a stop cancels the reading. A running job ends, pauses and resumes
+//! through its [`JobHandle`].
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -54,7 +55,7 @@ pub(super) struct JobSlot {
     pauses: Vec<(Option<RequestId>, PauseReason)>,
     /// True if the job was stopped before it started.
     stopped: bool,
-    /// Notified by that stop, so that a file read elsewhere is not waited for.
+    /// Notified by that stop, so that the engine does not wait for a file that is read elsewhere.
     cancel: Arc<Notify>,
     /// Pose at the pause. `None` if it could not be read.
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
@@ -63,16 +64,16 @@ pub(super) struct JobSlot {
     ends_unattended: Arc<AtomicBool>,
 }
 
-/// The running job, shared with the end of the program.
+/// The running job, shared with the shutdown of the station.
 #[derive(Debug, Default)]
 pub(super) struct RunningJob {
     handle: Option<JobHandle>,
-    /// True once the program ends: no job starts any more.
+    /// True once the station shuts down: no job starts any more.
     closed: bool,
 }
 
 impl RunningJob {
-    /// Starts a job. `None` if the program is ending.
+    /// Starts a job. `None` if the station is shutting down.
     fn start(running: &Mutex<Self>, start: impl FnOnce() -> JobHandle) -> Option<JobHandle> {
         let mut running = lock(running);
         if running.closed {
@@ -104,7 +105,7 @@ impl JobSlot {
     }
 }
 
-/// Switches off what a job left on without an end of its own, if no session holds the arm.
+/// Switches off motor outputs and the laser that a job left on, if no session holds the arm.
 async fn end_unattended_outputs(arm: &Arm, owes: &AtomicBool) {
     if owes.load(Ordering::SeqCst)
         && let Err(error) = switch_unattended_off(arm).await
@@ -234,7 +235,8 @@ impl EngineTask {
         let Some(slot) = &mut self.job else {
             return;
         };
-        // Before the first report, so that a pause that answers it finds the job.
+        // Stored before the first report, so that a pause sent in reply to that report finds the
+        // job.
         slot.handle = Some(handle.clone());
         if handle.burns() {
             let update = JobUpdate::Burns;
@@ -281,8 +283,8 @@ impl EngineTask {
             }
             let mut end = Box::new(end_of(&handle.outcome().await, &program, &digest));
             end_unattended_outputs(&arm, &ends_unattended).await;
-            // A stopped job may have had its pick still ahead, so grips are counted only for a
-            // completed one.
+            // A stopped job may have ended before its pick, so grips are counted only for a
+            // completed job.
             let before = (end.state == "done").then_some(grips);
             end.notes = notes_of(&arm, before);
             let update = JobUpdate::Over(end);
@@ -291,7 +293,8 @@ impl EngineTask {
         });
     }
 
-    /// Builds what is run. An error if the job would do something that its starter may not.
+    /// Builds the specification of the job. Fails if the job needs a permission that its order
+    /// lacks, or cannot run as ordered.
     fn spec(
         &self,
         start: &JobStart,
@@ -461,7 +464,7 @@ impl EngineTask {
         let count = self.waiting.len();
         self.waiting
             .retain(|waiting| !matches!(waiting, WaitingOrder::Job(_)));
-        // While the program is being read, the end of the reading ends the job.
+        // If the program is still being read, `begin_job` reports the end after the reading.
         if self.waiting.len() < count {
             self.report_not_started(job, "stopped", None);
         }

@@ -1,8 +1,8 @@
 //! Jobs of a station as files, one per arm, and the journals of jobs.
 //!
-//! A job belongs to an arm and not to a name: the next station may call the arm otherwise, and
-//! another arm may get its name. So the file of an arm is named by its serial number. Some arms
-//! report no number, or the same as another arm; then the port is added. A lock file keeps two
+//! A job belongs to an arm and not to a name: under the next station the arm may have another name,
+//! and another arm may have its old one. So the file of an arm is named by its serial number. Some
+//! arms report no number, or the same as another arm; then the port is added. A lock file keeps two
 //! stations from writing the same file.
 
 use std::fmt;
@@ -22,11 +22,11 @@ use crate::station::{ArmEntry, check_jobs, damaged_jobs};
 const LEGACY_FILE: &str = "jobs.json";
 /// Folder with the files of the arms.
 const JOB_FOLDER: &str = "jobs";
-/// Most virtual arms with the same name, in as many processes at once.
+/// Most virtual arms with the same name at once, each in a process of its own.
 const MAX_TWINS: u32 = 32;
 /// Most characters of an arm's name in a file name.
 const MAX_NAME_LENGTH: usize = 100;
-/// Most interrupted runs of the command line that are taken over per arm; the newest.
+/// Most interrupted command-line runs that are taken over per arm. Older runs are left out.
 const MAX_RUNS: usize = 8;
 
 /// Jobs of a station as files that only their owner can read. Journals are in the folder used by
@@ -160,7 +160,7 @@ impl JobFolder {
                 continue;
             }
             for job in &mut jobs {
-                // The old file does not record owners, so no one could resume it from the queue.
+                // The old file does not record owners, so no client could resume a queued job.
                 if job["state"] == "queued" {
                     job["state"] = json!("interrupted");
                 }
@@ -178,10 +178,11 @@ impl JobFolder {
         let rest: Vec<_> = { all.iter() }
             .filter(|job| !self.arms.iter().any(|arm| is_of(job, arm)))
             .collect();
-        // Removed last, and only what is in another file by now: nothing is lost if this is
-        // interrupted.
+        // Jobs are removed from the old file last, and only after they were written to another
+        // file, so that an interruption loses none.
         if is_written && rest.is_empty() {
-            // If this fails, the jobs are known by their ids and not taken over twice.
+            // If this fails, the next start recognises these jobs by their ids and does not take
+            // them over again.
             let _ = fs::remove_file(&path);
         } else if is_written && rest.len() < all.len() {
             let _ = replace_private(&path, &json!(rest).to_string());
@@ -211,7 +212,8 @@ impl ArmFile {
                 // In use by another station: try the next file, if there is one.
                 Some((Err(TryLockError::WouldBlock), _)) => continue,
                 Some((Ok(()), lock)) => Some(lock),
-                // No locks here: go on without, as a single station usually is alone.
+                // The file system has no locks: continue without one, because usually only one
+                // station uses the file.
                 Some((Err(TryLockError::Error(_)), _)) | None => None,
             };
             let content = read(&path)?.unwrap_or_default();

@@ -1,8 +1,8 @@
 //! Listening addresses, and the loop that accepts and serves connections.
 //!
-//! Each connection gets a place of the admission table at once and loses it when the table says so
-//! ([`Places`]). It is read in turns ([`Paced`]), so that a flood on one connection does not delay
-//! the others.
+//! An accepted connection gets an entry in the admission table ([`Places`]) at once, and is closed
+//! when the table evicts it. Connections take turns at being read ([`Paced`]), so that a flood on
+//! one of them does not delay the others.
 
 use std::fmt;
 use std::io;
@@ -36,10 +36,10 @@ const DEFAULT_PORT: u16 = 8910;
 /// Most connections at once.
 ///
 /// Places for strangers from elsewhere suffice for the browsers of a class that load the page
-/// together, with six connections each. A stranger has to send the head of a request before it is
-/// evicted; under a flood it has the time in which that many others arrive. Together with sockets
-/// all places stay below 1024 descriptors, the usual limit of a process; with a lower limit there
-/// are fewer places.
+/// together, with six connections each. Under a flood a stranger is evicted once `strangers` others
+/// have arrived, and has to send the head of its request by then. All places and sockets together
+/// need fewer than 1024 descriptors, the usual limit of a process; with a lower limit there are
+/// fewer places.
 pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     loopback_strangers: 192,
     strangers: 384,
@@ -283,8 +283,8 @@ async fn accept(
             let served = async {
                 match tls {
                     None => serve_connection(stream, service(None), over).await,
-                    // A client that does not complete the handshake counts as one without a head:
-                    // it is evicted in the same way.
+                    // A client that does not complete the handshake is evicted like one that never
+                    // sends the head of a request.
                     Some(tls) => {
                         let agreed = tokio::time::timeout(HEAD_TIMEOUT, tls.accept(stream)).await;
                         if let Ok(Ok(stream)) = agreed {
@@ -375,7 +375,8 @@ async fn end_revoked_sessions(tokens: TokenStore, station: impl ApiServer) {
     let mut looks = tokio::time::interval(TOKEN_CHECK_INTERVAL);
     loop {
         looks.tick().await;
-        // The used tokens first: a token created after the file was read has no session yet.
+        // The used tokens are listed before the file is read. In the other order, a token created
+        // in between would look revoked.
         let used = station.tokens();
         if used.is_empty() {
             continue;
