@@ -1,11 +1,12 @@
 //! The module's clock, and the turns of its runtime.
 //!
-//! Driver, engine and station wait by tokio's timers. On wasm32-wasip1 tokio's clock reads
+//! Driver, engine and station wait on tokio's timers. On wasm32-wasip1 tokio's clock reads
 //! `clock_time_get`, and an idle runtime sleeps in `poll_oneoff`, which would block the worker. So
-//! the clock is paused and advanced to the `now` of each turn, and the runtime is polled only while
-//! its main future yields: it then polls its timers and never parks (tokio's scheduler parks only
-//! if nothing is woken and nothing is deferred). A turn therefore takes only the time of its work
-//! and depends only on its inputs, and tests run the same code without sleeping.
+//! the clock is paused and advanced to the `now` of each turn, and the runtime's main future
+//! only yields and never waits. At each yield the runtime polls its timers and does not park,
+//! because tokio's scheduler parks only if nothing is woken and nothing is deferred. A turn
+//! therefore takes only the time of its work and depends only on its inputs, and tests run the same
+//! code without sleeping.
 
 use std::time::Duration;
 
@@ -14,8 +15,8 @@ use tokio::time::advance;
 
 /// Step in which time advances: the granularity of tokio's timers.
 const STEP: Duration = Duration::from_millis(1);
-/// Number of steps per turn. After a page was suspended, the rest of the time passes in one leap
-/// before them.
+/// Largest number of steps per turn. After a page was suspended, the time beyond these steps passes
+/// before them, in one leap.
 const MAX_STEPS: u32 = 64;
 /// Longest time that one turn lets pass.
 const MAX_TURN_TIME: Duration = Duration::from_secs(3600);

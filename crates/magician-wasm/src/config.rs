@@ -60,7 +60,7 @@ pub(crate) struct Config {
     pub(crate) role: Role,
 }
 
-/// Location of an arm.
+/// Virtual arm of this process, or real arm on the line.
 #[derive(Debug)]
 pub(crate) enum ArmLocation {
     /// A virtual arm in this process.

@@ -1,5 +1,6 @@
 //! Exports of the module: the functions of [`table`](crate::table), with addresses in its memory.
-#![allow(unsafe_code)] // What the page hands over is an address and a length, and exports have names without a crate's.
+// Unsafe code: the page passes addresses and lengths, and exports have unmangled names.
+#![allow(unsafe_code)]
 
 use std::slice;
 use std::sync::Once;
@@ -28,9 +29,9 @@ unsafe extern "C" {
 /// treats the module as a command, and every export would run the constructors and destructors.
 static INITIALISED: Once = Once::new();
 
-/// Allocates memory; null if it is exhausted. The export `free` is that of the C library, which
-/// knows the size of each block (`build.rs`), because a module cannot export two functions of that
-/// name.
+/// Allocates memory; null if it is exhausted. `build.rs` exports the C library's own `free`, which
+/// knows the size of each block. This file defines none, because a module cannot export two
+/// functions of that name.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn alloc(count: usize) -> *mut u8 {
     // SAFETY: `malloc` accepts any size.

@@ -13,7 +13,8 @@ use magician_station::{FilePreparation, FilePreparer};
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
 
-/// Timeout for reading a file. The page ends its reader before that.
+/// Timeout for reading a file. The page ends its reader earlier, after 60 s
+/// (`studio/src/files.ts`).
 const READ_TIMEOUT: Duration = Duration::from_secs(90);
 
 /// Largest answer, bytes: about two million steps. For a larger one the module would lack memory to

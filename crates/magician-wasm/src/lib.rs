@@ -1,8 +1,8 @@
 //! `arm.wasm`: a station with its arms in one WebAssembly module, without threads, sockets, files
 //! or its own clock.
 //!
-//! A worker of a page drives it in turns. Text that a client elsewhere sends over a socket is
-//! passed to [`PageStation::rpc`] by the page.
+//! A worker of a page drives it in turns. The page passes to [`PageStation::rpc`] the text that it
+//! would send to another station over a socket.
 //!
 //! # The module
 //!
@@ -12,10 +12,10 @@
 //! | `station_open(p, n) -> h` | opens a station by its [configuration](config) (JSON); 0 on an error, which `station_out(0)` returns |
 //! | `station_rpc(h, session, p, n)` | text of a session, 1 to 65535. A new number opens a session; an empty text (`n` 0) ends it and frees its number |
 //! | `station_turn(h, now) -> next` | runs everything due at `now`, us of any clock that never goes back; returns when the next turn is due, on the same clock; -1: never |
-//! | `station_out(h) -> p << 32 \| n` | next output, until 0: a byte for its kind, the session (two bytes, little endian), the payload. Valid until the next call |
+//! | `station_out(h) -> p << 32 \| n` | next output: a byte for its kind, the session (two bytes, little endian), the payload. Valid until the next call; call again until 0 (no output) |
 //! | `line_in(h, p, n)`, `line_lost(h)`, `line_found(h)` | the line to a real arm |
 //! | `file_in(h, id, p, n)` | result of reading a file; empty (`n` 0) if the reader failed |
-//! | `program_in(h, name, m, p, n) -> p << 32 \| n` | stores a program in the library directly, because messages have room for small ones only, or the preset NAME as `preset+NAME.toml`; returns the error, or 0 |
+//! | `program_in(h, name, m, p, n) -> p << 32 \| n` | stores a program in the library, or the preset NAME if `name` is `preset+NAME.toml`; returns the error, or 0. Messages have room for small programs only |
 //! | `program_out(h, name, m) -> p << 32 \| n` | returns a program; 0 if absent |
 //!
 //! Kinds of output: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its
@@ -32,8 +32,8 @@
 //! suspended finds its jog stopped and its lease expired.
 //!
 //! Any call may grow the module's memory, which invalidates views on it: create them anew.
-//! `node/shim.mjs` provides its imports, and all of this as functions. `cargo xtask generate
-//! modules` builds both modules.
+//! `node/shim.mjs` provides the module's imports and wraps its exports as functions of text and
+//! bytes. `cargo xtask generate modules` builds both modules.
 //!
 //! # The other module
 //!

@@ -19,7 +19,8 @@ pub(crate) struct Line(Arc<Mutex<LineState>>);
 #[derive(Debug, Default)]
 struct LineState {
     lost: bool,
-    /// Number of losses. An end opened before the last loss reads and writes nothing.
+    /// Number of losses. A [`LineEnd`] opened before the last loss is closed: its reads return the
+    /// end of the stream, and its writes fail.
     losses: u64,
     from_arm: VecDeque<u8>,
     to_arm: Vec<u8>,

@@ -43,24 +43,24 @@ const TRACE: u8 = 4;
 const FILE: u8 = 5;
 
 /// Interval of keep-alives for the sessions, us. Over a socket the browser answers pings even while
-/// its page is busy; here the worker does, until the page ends the session.
+/// its page is busy. Here this module keeps each session alive until the page ends it.
 const KEEP_ALIVE_INTERVAL: f64 = 2e6;
-/// Delay until the next turn while something is going on, us.
+/// Delay until the next turn while the station is active, us.
 ///
 /// tokio does not expose its next deadline, so turns are requested periodically, as often as a
 /// page's timers fire: a due stop is late by at most this interval.
 const ACTIVE_TURN_DELAY: f64 = 4_000.0;
 /// Delay until the next turn at rest, us.
 const IDLE_TURN_DELAY: f64 = 20_000.0;
-/// Time after the last input or output during which something is going on, us.
+/// Time after the last input or output during which the station counts as active, us.
 const ACTIVE_TIME: f64 = 200_000.0;
 /// Close code of WebSockets (RFC 6455) for a message other than text.
 const CLOSE_NOT_TEXT: u16 = 1007;
 /// Close code of WebSockets for a session beyond the limit: try again later.
 const CLOSE_TOO_MANY_SESSIONS: u16 = 1013;
 
-/// A station with its arms and their clock: the whole module, safe and on any platform. The crate's
-/// page describes each call.
+/// A station with its arms and their clock: the functions of the module in safe Rust, on any
+/// platform. The documentation of the crate describes each call.
 pub struct PageStation {
     runtime: Runtime,
     clock: TurnClock,
@@ -350,7 +350,8 @@ impl Drop for PageStation {
 }
 
 impl Stage {
-    /// Starts connecting the arms at the first turn, whose time is known. Call it in the runtime.
+    /// Starts connecting the arms in the first turn, because no time is known before that. Must be
+    /// called within the runtime.
     fn start_connecting(
         &mut self,
         clock: &TurnClock,
@@ -426,8 +427,8 @@ async fn connect(
             ArmLocation::Line => {
                 let line = line.clone();
                 let opener = move || std::future::ready(line.open());
-                // A jog that the arm runs by itself could not be stopped from outside the browser,
-                // so use bounded jogs.
+                // Nothing outside the browser can stop a jog that the arm runs by itself, so use
+                // bounded jogs.
                 let options = usual.clone().bounded_jogs(true);
                 let arm = Arm::over_with(opener, options).await?;
                 let entry = ArmEntry {

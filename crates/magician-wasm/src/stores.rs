@@ -35,7 +35,8 @@ impl Calendar {
     }
 }
 
-/// Library of programs. Its total size is limited to that of the largest program elsewhere.
+/// Library of programs. Its total size is limited to [`MAX_PROGRAM_SIZE`], which for other stations
+/// limits a single program.
 #[derive(Clone)]
 pub(crate) struct MemoryPrograms {
     programs: Arc<Mutex<BTreeMap<ProgramName, StoredProgram>>>,
@@ -140,7 +141,7 @@ impl Upload for ProgramUpload {
 pub(crate) struct MemoryPresets(Arc<Mutex<BTreeMap<String, String>>>);
 
 impl MemoryPresets {
-    /// Returns the preset stored under this name; `None` if it is not the name of a preset.
+    /// Returns NAME if `stored` is `preset+NAME.toml`, else `None`.
     pub(crate) fn named(stored: &[u8]) -> Option<&str> {
         let stored = std::str::from_utf8(stored).ok()?;
         stored.strip_prefix("preset+")?.strip_suffix(".toml")

@@ -8,8 +8,8 @@ use crate::page::failure;
 
 #[derive(Default)]
 struct Table {
-    /// Stations are leaked: they last as long as the module. A test's thread could not drop one at
-    /// its end, because its runtime is gone by then.
+    /// Leaked, because a station lasts as long as the module. A test could not drop a station when
+    /// its thread ends either: the station's runtime is not usable then.
     stations: Vec<&'static mut PageStation>,
     /// Error of the last failed opening.
     last_error: Option<String>,
@@ -42,7 +42,7 @@ pub fn station_open(config: &[u8]) -> u32 {
     })
 }
 
-/// Passes text of a session.
+/// Passes text of a session to the station.
 pub fn station_rpc(handle: u32, session: u32, text: &[u8]) {
     if let Ok(session) = u16::try_from(session) {
         with(handle, |station| station.rpc(session, text));
@@ -57,7 +57,8 @@ pub fn station_turn(handle: u32, now: f64) -> f64 {
         .unwrap_or(-1.0)
 }
 
-/// Shows the next output, if there is one. For handle 0 it is the error of the last failed opening.
+/// Passes the next output to `show`; `None` without output. The output of handle 0 is the error of
+/// the last failed opening.
 pub fn station_out<T>(handle: u32, show: impl FnOnce(&[u8]) -> T) -> Option<T> {
     if handle > 0 {
         return with(handle, |station| station.out().map(show)).flatten();
@@ -84,12 +85,12 @@ pub fn line_found(handle: u32) {
     with(handle, PageStation::line_found);
 }
 
-/// Passes the result of reading a file.
+/// Passes the result of reading a file to the station.
 pub fn file_in(handle: u32, id: u32, answer: &[u8]) {
     with(handle, |station| station.file_in(id, answer));
 }
 
-/// Stores a program in the library of a station; shows the error if that fails.
+/// Stores a program in the library of a station; on failure, passes the error to `show`.
 pub fn program_in<T>(
     handle: u32,
     name: &[u8],
@@ -104,7 +105,7 @@ pub fn program_in<T>(
     })
 }
 
-/// Shows a program of the library of a station.
+/// Passes a program from the library of a station to `show`; `None` if it does not exist.
 pub fn program_out<T>(handle: u32, name: &[u8], show: impl FnOnce(&[u8]) -> T) -> Option<T> {
     with(handle, |station| station.program_out(name).map(show)).flatten()
 }

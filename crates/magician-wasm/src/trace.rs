@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Size of the packets to keep, bytes: about five minutes at rest of a page that shows one arm.
+/// Total size of the packets kept, bytes: about five minutes of a page that shows one arm at rest.
 pub const CAPACITY: usize = 2 << 20;
 /// Block type of packets in pcapng. Other blocks describe the interfaces and are always kept.
 const PACKET_BLOCK: [u8; 4] = 6_u32.to_le_bytes();
