@@ -21,7 +21,7 @@ def structures(path):
     """Returns the packed size of every structure."""
     sizes = {name: ctypes.sizeof(kind) for name, kind in NUMBERS.items()}
     known = set(sizes)
-    # Any member of a union gives its size here.
+    # All members of these unions have the same size: the first one replaces the union.
     text = re.sub(r"\w*\s*union\s*\{\s*([^;]*;)[^}]*\};", r"\1", plain(path))
     # The members of an anonymous structure are equivalent to members of the enclosing one.
     text = re.sub(r"struct\s*\{([^}]*)\}\s*\w+;", r"\1", text)

@@ -1,8 +1,9 @@
-"""DobotDllType on our Python package beside DobotDllType on our C library: session_doors.py PTY UDP
-TCP SPEED MAGICIAN FAMILY
+"""Compares DobotDllType on our Python package with DobotDllType on our C library.
+
+Usage: session_doors.py PTY UDP TCP SPEED MAGICIAN FAMILY
 
 Every function of the module is called on both with the same arguments, each on a virtual arm of its
-own. Results, and codes of failures, are compared.
+own. Results and error codes are compared.
 """
 
 import ctypes
@@ -51,7 +52,7 @@ def plain(value):
 
 
 def connected(dType, api, family):
-    """Returns the ids of a virtual arm in this process."""
+    """Connects to a virtual arm in this process. Returns the library's answer and the arm's ids."""
     answer = dType.ConnectDobot(api, "sim", 115200)
     if answer[0]:
         raise AssertionError(f"no connection: {answer}")

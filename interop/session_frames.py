@@ -1,10 +1,9 @@
 """The same calls with a library and through our replacement for it: session_frames.py PTY UDP TCP
 SPEED MAGICIAN
 
-Every program runs with its own library on a pseudo-terminal, and with `python -m magician.compat`
-on a fresh arm. The requests to the arm are compared frame by frame, except those that are repeated
-until the arm reaches a state: queries of the queue's index, and of the pose while the library
-waits.
+Every program runs twice, each time on a fresh virtual arm at a pseudo-terminal: with its own
+library, and with `python -m magician.compat`. The requests to the arm are compared frame by frame,
+without polling: queries of the queue's index and of the pose are left out.
 
 Runs in an interpreter that has our package.
 """
@@ -17,8 +16,8 @@ from checks import Checks
 from sim import run_on_sim
 from venvs import HERE, python_for
 
-# Both print each frame to stderr, as id, Ctrl and parameters, without the queries that pydobotlab's
-# `wait_for` repeats (index and alarms).
+# Both scripts print each frame to stderr, as id, Ctrl and parameters. THEIRS skips the queries that
+# pydobotlab's `wait_for` repeats (index and alarms).
 THEIRS = """
 import sys
 sys.path.insert(0, sys.argv[2])
@@ -69,7 +68,7 @@ dobot.get_alarms()
 dobot.get_pose()
 dobot.close()
 """
-# Calls at which pydobot2 itself fails or which it does not have.
+# Calls that pydobot2 lacks, or that fail in it.
 PLUS = """
 dobot.conveyor_belt(0.5)
 dobot.conveyor_belt(0)
@@ -179,8 +178,8 @@ dobot.get_pose()
 dobot.wait(10)
 dobot.close()
 """
-# Without calls that the library cannot do: frames whose checksum is 0 or 255 (names, the serial
-# number) get a wrong one, so that no arm answers, and inputs are requested without their pin.
+# Omits calls that fail in the library. Frames whose checksum is 0 or 255 (names, the serial number)
+# get a wrong one, so no arm answers them. Inputs are requested without their pin.
 WRAPPER = """
 import asyncio
 from dobotWrapperPy import DobotApi, DobotAsync, DobotConnection
@@ -270,7 +269,7 @@ def frames(said):
 
 
 def run(magician, command, program):
-    """Runs a program on an arm of its own. Returns the frames it wrote, and how it ended."""
+    """Runs a program on an arm of its own. Returns the frames it wrote and its exit status."""
     ended, _, _ = run_on_sim(magician, command, f"import sys\nPORT = sys.argv[1]\n{program}")
     if ended.returncode:
         print(ended.stderr)

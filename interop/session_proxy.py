@@ -1,7 +1,7 @@
 """pydobot 1.3.2 through `magician proxy` during a `magician pose --watch`: session_proxy.py PTY
 UDP_PORT TCP_PORT SPEED MAGICIAN
 
-Each of the two has a terminal of its own. The library reads once after 100 ms and never
+Each of the two programs has its own pseudo-terminal. The library reads once after 100 ms and never
 resynchronises, so that a late answer, or an answer to the other client, would put it one answer
 behind for ever.
 """
@@ -143,7 +143,8 @@ def main():
             watcher.kill()
             proxy.kill()
         checks.equal("the proxy ends well", proxy.process.returncode, 0)
-        # The watcher may be ended while it waits for its turn.
+        # A watcher that is stopped while its request waits is reported as disconnected: ignore
+        # these events.
         kinds = [event["event"] for event in proxy.shown if event.get("note") != "its program disconnected"]
         for kind in ("dropped", "noise"):
             checks.equal(f"nothing was {kind}", kinds.count(kind), 0)

@@ -1,14 +1,15 @@
 """pydobot 1.3.2, unmodified, driving the virtual arm: session_pydobot.py PTY UDP_PORT
 
-The library sleeps 100 ms around every frame, reads once, never resynchronises, and waits for its
-own index by equality. Poses and times are compared with the independent model in arm.py.
+The library sleeps 100 ms around every frame, reads once, never resynchronises, and waits until the
+current index equals that of its command. Poses and times are compared with the independent model in
+arm.py.
 """
 
 import struct
 import sys
 import time
 
-import whole_frames  # noqa: F401  before the library has its ports
+import whole_frames  # noqa: F401  patches pyserial before the library opens a port
 from pydobot import Dobot
 from pydobot.enums import PTPMode
 from pydobot.message import Message
@@ -42,7 +43,7 @@ def read_floats(dobot, ident):
 
 
 def until(dobot, index):
-    """Waits in the library's way, for commands for which it does not wait itself."""
+    """Polls the index as the library does, after commands for which the library has no wait."""
     end = time.monotonic() + 2 * TIMEOUT
     while (now := dobot._get_queued_cmd_current_index()) != index:
         if time.monotonic() > end:

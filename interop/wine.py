@@ -1,4 +1,4 @@
-"""Windows environment of its own: Wine, with replacements for what it lacks.
+"""Separate Windows environment: Wine, with a replacement DLL for the features it lacks.
 
 `interop/wine.py PROGRAM ARGUMENT...` runs one program there.
 """
@@ -17,8 +17,8 @@ TIME_LIMIT = 300
 
 
 def tool(*names):
-    """Returns the first of these programs that is installed. Debian keeps Wine's outside the
-    path."""
+    """Returns the first of these programs that is installed. Debian installs Wine's programs
+    outside PATH."""
     for name in names:
         if found := shutil.which(name) or shutil.which(name, path="/usr/lib/wine"):
             return found
@@ -26,7 +26,7 @@ def tool(*names):
 
 
 class Windows:
-    """A Wine prefix of its own, and the folder of the programs in it."""
+    """Separate Wine prefix, and the folder of the programs to run."""
 
     def __init__(self):
         self.home = TARGET / "windows"
@@ -40,7 +40,8 @@ class Windows:
         self.process = None
 
     def start(self):
-        """Starts it, or restarts it: Wine reads its list of ports at the start."""
+        """Starts Wine. Also used to restart it after `stop`, because Wine reads its list of ports
+        only at the start."""
         # In the foreground and without output: in Debian's build the server lists its open handles
         # on stderr when it ends.
         command = [self.server, "-f", "-p"]
@@ -49,7 +50,7 @@ class Windows:
                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def stop(self):
-        """Ends all processes in it."""
+        """Ends all processes of the prefix."""
         subprocess.run([self.server, "-k"], env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             self.process.wait(10)
@@ -63,7 +64,8 @@ class Windows:
         subprocess.run(command, env=self.environment, check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, timeout=300)
 
     def bring(self, file, name):
-        """Copies a file next to the replacement, where programs and libraries look for it."""
+        """Copies a file next to the replacement DLL, where Windows looks for a program's
+        libraries."""
         return pathlib.Path(shutil.copyfile(file, self.home / name))
 
     def run(self, program, *arguments):
@@ -72,7 +74,7 @@ class Windows:
 
 
 def run(command, environment=None):
-    """Returns status, stdout and stderr."""
+    """Runs a command. Returns its status, stdout and stderr."""
     done = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIME_LIMIT)
     return done.returncode, done.stdout.decode(), done.stderr.decode()
 

@@ -212,7 +212,7 @@ class Observer:
         """Returns clock readings (ms) that are certainly before and after the end of the
         command."""
         end = time.monotonic() + TIMEOUT
-        # A library that does not sleep may know it before the observer does.
+        # A library that does not sleep may read the index before the observer does.
         while (found := self._bracket(index)) is None:
             if self.error or time.monotonic() > end:
                 raise AssertionError(f"index {index} was not seen ({self.error or 'still running'})")
@@ -246,8 +246,8 @@ def check_durations(checks, observer, timed):
     `timed` is a list of (name, index, expected seconds) in queue order.
     """
     slack = 0.005
-    # A motion starts at a control period of 20 ms, and a path that ends at the border of one may,
-    # in binary32, end in the adjacent one.
+    # A motion starts with a control period of 20 ms. Rounding to binary32 can move the end of a
+    # path across the boundary of a period.
     border = 0.02
     for name, index, want in timed:
         least, most = observer.duration(index)

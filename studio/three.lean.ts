@@ -30,6 +30,7 @@ const UNUSED = [
   "batching_pars_vertex",
   "skinning_pars_vertex",
 ];
+/** Complete shaders of materials that the pictures do not use. */
 const NAMED = /"#define (STANDARD|TOON|MATCAP|NORMAL)\\n/;
 
 export const leanThree: Plugin = {

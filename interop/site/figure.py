@@ -1,4 +1,5 @@
-"""Measurements of `scale` as a figure and as a table of docs/guide/SITE.md."""
+"""Writes the measurements of `interop/site/scale` as a figure, and as a table of
+docs/guide/SITE.md."""
 
 import math
 

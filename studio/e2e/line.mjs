@@ -1,5 +1,5 @@
-// A station whose arm is another program, behind a line whose traffic is observed, and a connection
-// to the station that can be cut.
+// Station whose arm is a separate process behind an observed line. Also a connection to a station
+// that can be cut.
 import { spawn } from "node:child_process";
 import { createConnection, createServer } from "node:net";
 import { Station } from "./bench.mjs";

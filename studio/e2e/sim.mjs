@@ -1,5 +1,4 @@
-// The suite for the second kind of line: the page as static files, with its station and virtual arm
-// in the page's worker.
+// Tests of the page as static files, with its station and virtual arm in the page's worker.
 import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
 import { createServer } from "node:http";
@@ -19,7 +18,7 @@ export const TYPES = {
   ".webp": "image/webp",
   ".webmanifest": "application/manifest+json",
 };
-/** Path of a subfolder, as beside a book. */
+/** URL path of the page: a subfolder, as where it is published with the book. */
 const BELOW = "/book/studio/";
 /** Tests of the station's page that apply here unchanged. */
 export const SHARED_TESTS = [
@@ -125,7 +124,7 @@ class SimBrowser extends Browser {
   }
 }
 
-/** Tests shared with the other kind of line, and those only for this one. */
+/** Adds the tests shared with the station's page, and those only for static files. */
 export function onSim(tests, bench, folder) {
   const files = new Files(folder);
   const sim = new Sim("none");
@@ -241,8 +240,8 @@ export function onSim(tests, bench, folder) {
     await new Promise((done) => setTimeout(done, 3000));
     for (const id of renderers) process.kill(id, "SIGCONT");
     const after = await sim.waitForRest();
-    // The arm moves until a page that hangs is detected, and to rest. A jog that continued would be
-    // three seconds further.
+    // The arm moves until the hanging page is detected, and then brakes. A jog that continued would
+    // move for three more seconds.
     assert.ok(Math.abs(after.y - before.y) < 40, `${before.y} to ${after.y}`);
     await page.mouse.up();
     await devtools.detach();

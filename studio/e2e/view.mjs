@@ -107,7 +107,8 @@ export function views(test, { browser, station, shots, closePage }) {
     await begin("cubes");
     await page.waitForTimeout(2500);
     await waitForStillPicture(page);
-    // The end of a turn must not start another one.
+    // The new scenario must not move the camera. The tolerance allows for the damped end of the
+    // turn.
     const [one, other] = [turned, await camera()].map((text) => text.split(",").map(Number));
     assert.ok(
       one.every((value, nth) => near(value, other[nth], 1)),

@@ -4,12 +4,12 @@ import * as store from "./store";
 import { until } from "./until";
 
 /**
- * Delay of the offline copy at a first visit, ms: until then the network is left to what the user
- * opens.
+ * Delay before the offline copy is loaded at a first visit, ms. It keeps the network free for what
+ * the user opens.
  */
 const FIRST_VISIT_DELAY = 10_000;
 
-/** Resolves after that delay, and not while an arm is being connected. */
+/** Resolves after `FIRST_VISIT_DELAY`, once no arm is being connected. */
 async function waitUntilQuiet(): Promise<void> {
   await new Promise((done) => setTimeout(done, FIRST_VISIT_DELAY));
   await until(() => store.socket.value !== "connecting");
@@ -31,7 +31,7 @@ export async function keepOffline(): Promise<void> {
     found.addEventListener("updatefound", () => found.installing?.addEventListener("statechange", look));
     document.addEventListener("visibilitychange", () => document.hidden || void found.update().catch(() => {}));
   } catch {
-    // In a browser without storage the page lasts until it is closed.
+    // A browser without storage rejects the registration. The page then has no offline copy.
   }
 }
 

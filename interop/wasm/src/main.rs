@@ -75,7 +75,8 @@ fn play(replay: &Replay<'_>) {
     }
 }
 
-/// Prints every step, and the drawing of a virtual arm.
+/// Plans, checks and rehearses a file. Prints every command, the report and the drawing of the
+/// virtual arm.
 fn plan(name: &str, tool: Tool, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
     let format = Format::of(name, bytes).ok_or("unrecognised file type")?;
     let reading = read(format, bytes, &ReadOptions::default())?;

@@ -51,9 +51,9 @@ interface CheckedObject {
   key: string;
   report: Report;
   place: Place | null;
-  /** Width and height there, as the reader sees them. */
+  /** Width and height of the object at `place`, as the reader sees them, mm. */
   sides: Point;
-  /** Middle of that relative to its place; different if the drawing is repeated or filled. */
+  /** Middle of this area relative to `place`; not zero if the drawing is repeated or filled. */
   middle: Point;
 }
 
@@ -144,7 +144,7 @@ export class Bench extends Workshop {
     return items.length > 1 || items[0]?.color != null;
   });
   /**
-   * Source to run: the only object, or the composition of all, which has no lines of a file to
+   * Source to run: the only object, or the composition of all. A composition has no file lines to
    * show.
    */
   readonly chosen = computed<Source | null>(() => {
@@ -166,7 +166,7 @@ export class Bench extends Workshop {
   setValue(name: string, to: string): void {
     const item = this.item.value;
     if (item !== null && this.isOwn(name)) {
-      // Another division has other parts.
+      // `only` lists numbers of parts, which a new division makes invalid.
       const { only, ...rest } = item.values;
       const values = { ...rest, ...(only && name !== "parts" ? { only } : {}), [name]: to };
       this.doc.commit(withChange(this.doc.now.value, item.id, { values }), `${name} ${item.id}`);
@@ -182,7 +182,10 @@ export class Bench extends Workshop {
       this.doc.commit(withChange(this.doc.now.value, item.id, { values: { ...partsOf(item.values), ...own } }));
   }
 
-  /** A file whose layers say nothing is seen in its colours, and drawn without a pause: no person has said so. */
+  /**
+   * Divides a file without layers by its colours. Pauses for pen changes are off, because the user
+   * has not asked for them.
+   */
   divideByColors(): void {
     const item = this.item.value;
     if (item === null) return;
@@ -190,11 +193,11 @@ export class Bench extends Workshop {
     this.common.value = { ...this.common.value, no_pause: "true" };
   }
 
-  /** The parts of what lies on the sheet, drawn or not. */
+  /** Parts of all objects on the sheet, drawn or not. */
   readonly parts = computed<PartRow[]>(() =>
     partRows(this.doc.now.value.items, this.checkedObjects.value, this.isComposed.value ? this.report.value : null),
   );
-  /** Draws a part, or leaves it out: what lies there stays where it is. */
+  /** Switches a part on or off. All objects keep their places. */
   setPartDrawn(row: PartRow, is: boolean): void {
     const now = this.doc.now.value;
     const items = now.items.map((item) => ({ ...item, place: this.placeOf(item) }));
@@ -358,7 +361,10 @@ export class Bench extends Workshop {
     this.doc.commit(withChange(this.doc.now.value, item.id, { place: null }));
   }
 
-  /** Handles a new sheet: objects without a chosen place have all of it. */
+  /**
+   * Handles a new sheet: objects without a chosen place are placed again, with the whole sheet
+   * free.
+   */
   refresh(): void {
     this.spots.clear();
     this.isFull.value = false;
@@ -392,7 +398,7 @@ export class Bench extends Workshop {
     for (const { name, label } of await this.storeFiles(files)) this.take(name, label);
   }
 
-  /** Takes a program of the library, which the person may know by another name. */
+  /** Adds a program of the library. `label` is its name for the user. */
   take(name: string, label = name): void {
     const format = entryOf(name)?.format ?? null;
     if (format === null) this.problem.value = { text: t("run.unknown"), remedies: [] };
@@ -401,7 +407,10 @@ export class Bench extends Workshop {
 
   // Places of objects.
 
-  /** Centre, scale and turn of the drawn colours of the selected object: as chosen, else as found. */
+  /**
+   * Centre, scale and turn of the drawn colours of the selected object: as chosen by the user,
+   * otherwise as placed by the last check.
+   */
   readonly place = computed<Place | null>(() => {
     const item = this.item.value;
     const place = item === null ? null : this.placeOf(item);
@@ -482,7 +491,7 @@ export class Bench extends Workshop {
 
   // Requests to the station.
 
-  /** Limits for objects that are placed automatically, including the objects that are there. */
+  /** Room for automatic placement. Existing drawings and the other objects are occupied areas. */
   private async freeRoom(height: number, others: readonly CheckedObject[]): Promise<Room> {
     const { outlines } = await call("motion.reach", { z: height, tool: this.tool });
     const boxes = others.map(({ report }) => boundsOf((report.preview?.strokes ?? []).flatMap(({ points }) => points)));
@@ -527,7 +536,7 @@ export class Bench extends Workshop {
     if (store.arm.value?.virtual === true && world.value === null) await readWorld();
     const around = [item.source, version, sheet.value, store.armName.value, corners()];
     const key = JSON.stringify([around, options, item.place]);
-    // The division of a file does not move its objects.
+    // The division into parts does not affect the automatic place.
     const { parts: _, no_pause: _pause, ...lies } = options;
     const what = JSON.stringify([around, lies]);
     const known = this.checkedObjects.value.get(item.id);
@@ -554,8 +563,8 @@ export class Bench extends Workshop {
   private requestedSetup: Record<string, unknown> = {};
 
   /**
-   * Result of a check for a wanted place. Lines that fill a shape have another middle than its
-   * edges.
+   * Converts a report into a result, for the place `asked` if there is one. The middle is computed
+   * from the lines, because lines that fill a shape have another middle than its edges.
    */
   private checkedObject(key: string, report: Report, asked: Place | null = null): CheckedObject {
     const { placed, preview } = report;
@@ -565,8 +574,8 @@ export class Bench extends Workshop {
   }
 
   /**
-   * Returns an object as the station places it, and a place with more room for it; null if it lies
-   * well there.
+   * Returns the report of an object as the station places it, and a place with more room for it;
+   * null if the station's place is good.
    */
   private async placeAutomatically(
     item: Item,
@@ -582,9 +591,9 @@ export class Bench extends Workshop {
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
     if (place === null || first === undefined) return [report, null];
-    // On a page the page determines the place; repeated objects have the distances that were asked
-    // for.
+    // With `page` or `move` these options determine the place.
     if (["page", "move"].some((name) => options[name] !== undefined)) return [report, null];
+    // A repeated object is not shrunk, because its distances were given.
     const isRepeated = options.grid !== undefined;
     const room = await this.freeRoom(first.height, others);
     const longest = Math.max(...sides);
@@ -596,7 +605,8 @@ export class Bench extends Workshop {
     // On a measured sheet the page of a file coincides with the paper.
     const isKept = room.paper === null || sheet.value !== null;
     if (!fills && isKept && !isTaken() && report.ok) return [report, null];
-    // Upright along the arm's x and y. A turn that the station needed is kept.
+    // An object that fills the room is upright; others keep a turn that the station needed. Its box
+    // is along the arm's x and y.
     const turn = fills ? 0 : place.turn;
     const [sin, cos] = [Math.sin, Math.cos].map((of) => Math.abs(of(((uprightRotation() + turn) * Math.PI) / 180))) as [
       number,
@@ -676,7 +686,7 @@ export class Bench extends Workshop {
     return this.requestReport(source, setup);
   }
 
-  /** Lines that are drawn now, for the memory of the paper. */
+  /** Reachable lines of the current check, to be recorded as drawn on the paper. */
   drawnLines(): Points[] {
     return (this.report.value?.preview?.strokes ?? []).filter(({ reachable }) => reachable).map(({ points }) => points);
   }

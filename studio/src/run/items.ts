@@ -63,9 +63,10 @@ const OBJECT_GROUPS = ["fill", "text", "image"];
 const PART_OPTIONS = ["only", "parts"];
 export const isObjectOption = ({ group, name }: { group: string; name: string }): boolean =>
   OBJECT_GROUPS.includes(group) || PART_OPTIONS.includes(name);
-/** Options tied to one object; `styleOf` returns the options for any object of its kind. */
+/** Options that are valid for one object only: its parts. */
 export const partsOf = (values: Values): Values =>
   Object.fromEntries(Object.entries(values).filter(([name]) => PART_OPTIONS.includes(name)));
+/** Options that another object of the same format can take over. */
 export const styleOf = (values: Values): Values =>
   Object.fromEntries(Object.entries(values).filter(([name]) => !PART_OPTIONS.includes(name) && name !== "crop"));
 
@@ -84,12 +85,15 @@ export const roundedPlace = ({ at, scale, turn }: Place): Place => ({
   scale: Number(scale.toPrecision(6)),
   turn: rounded(normalizedTurn(turn), 2),
 });
-/** The longer side of an object is between these, and its place no farther from the arm than that, mm. */
+/** Limits of an object's longer side, and largest distance of its place along x or y, mm. */
 const [MIN_SIDE, MAX_SIDE, MAX_DISTANCE] = [0.5, 2000, 2000];
-/** Without a size the scale is within these. */
+/** Limits of the scale of an object whose size is unknown. */
 const SCALE_RANGE = [1e-3, 1e3] as const;
 const clamp = (value: number, [least, most]: readonly [number, number]) => Math.min(most, Math.max(least, value));
-/** A place where an object can still be seen, taken hold of and made another size; `longest` is its longer side at the scale 1, mm. */
+/**
+ * Clamps a place so that the object remains visible, and can be grabbed and resized. `longest` is
+ * its longer side at scale 1, mm.
+ */
 export function clampedPlace({ at, scale, turn }: Place, longest: number): Place {
   const far = (value: number) => clamp(value, [-MAX_DISTANCE, MAX_DISTANCE]);
   const scales = longest > 0 ? ([MIN_SIDE / longest, MAX_SIDE / longest] as const) : SCALE_RANGE;
@@ -108,7 +112,8 @@ export function rotated([x, y]: readonly number[], degrees: number): [number, nu
 
 type Stroke = NonNullable<Report["preview"]>["strokes"][number];
 /**
- * Size of strokes at an angle from the arm's x and relative to their place, as the reader sees it.
+ * Bounding box of strokes in axes rotated by `angle` from the arm's x, degrees: its sides, and its
+ * middle relative to the place of the strokes.
  */
 export function boxOf(strokes: readonly Stroke[], angle: number, [x, y]: Point): { sides: Point; middle: Point } {
   const box = boundsOf(
@@ -140,7 +145,7 @@ export interface PartRow {
   drawn_mm: number;
   seconds: number | null;
   isDrawn: boolean;
-  /** Which parts of which objects it is; without a number an object as a whole. */
+  /** Parts of objects that the row stands for; `n` is null for a whole object. */
   of: ReadonlyArray<{ id: number; n: number | null }>;
 }
 type Reports = ReadonlyMap<number, { report: Report }>;
@@ -148,7 +153,10 @@ type Reports = ReadonlyMap<number, { report: Report }>;
 const isDrawn = (item: Item, { n, skipped }: Report["parts"][number]): boolean =>
   item.values.only ? item.values.only.split("\n").includes(String(n)) : !skipped;
 
-/** The parts of what lies on the sheet, drawn or not; `together` is the check of all objects as one drawing, null of a single one. */
+/**
+ * Rows for the parts of all objects on the sheet, drawn or not. `together` is the check of all
+ * objects as one drawing; null for a single object.
+ */
 export function partRows(items: readonly Item[], found: Reports, together: Report | null): PartRow[] {
   const drawn = drawnItems(items);
   const single = items.flatMap((item): PartRow[] => {
@@ -192,7 +200,7 @@ export function partRows(items: readonly Item[], found: Reports, together: Repor
   });
 }
 
-/** A part is drawn, or is not, of each object that has it. */
+/** Switches the part of a row on or off in every object that has it. */
 export function withPartDrawn(doc: Doc, found: Reports, row: PartRow, is: boolean, isComposed: boolean): Doc {
   const drawn = drawnItems(doc.items);
   const items = doc.items.map((item) => {
@@ -206,7 +214,7 @@ export function withPartDrawn(doc: Doc, found: Reports, row: PartRow, is: boolea
     const { only: _, ...values } = item.values;
     if (only.length === parts.length && parts.every(({ skipped }) => !skipped || item.values.only))
       return { ...item, isOff: false, values };
-    // The numbers are those of colours where all objects are one drawing.
+    // In a composition every object is checked by colour, so part numbers are numbers of colours.
     const kind = isComposed && !item.values.only ? { parts: "color" } : {};
     return { ...item, isOff: false, values: { ...values, ...kind, only: only.join("\n") } };
   });

@@ -1,12 +1,13 @@
 import { expect, test } from "vitest";
 import { clusters, freeSpot, isInside, type Room } from "./room";
 
-/** Reach with this radius around the arm, as the station reports it: outer and inner line. */
+/** Circle around the arm's base. */
 const ring = (radius: number) =>
   Array.from({ length: 180 }, (_, nth) => [
     radius * Math.cos((nth * Math.PI) / 90),
     radius * Math.sin((nth * Math.PI) / 90),
   ]);
+/** Reach as the station reports it: outer and inner outline. */
 const outlines = [ring(315), ring(130)];
 const paper = [
   [150, -150],
@@ -19,7 +20,7 @@ const corners = ({ at: [x, y], scale }: { at: [number, number]; scale: number },
   [-1, 1].flatMap((sx) => [-1, 1].map((sy) => [x + (sx * w * scale) / 2, y + (sy * h * scale) / 2]));
 
 test("a name fills the width of the sheet within the reach", () => {
-  // Size along x and y of a name, as it stands for the reader.
+  // Size of a name along the arm's x and y. It is upright for the reader: its width is along y.
   const name: [number, number] = [10, 30];
   const spot = freeSpot(room, name, 1, Number.POSITIVE_INFINITY);
   expect(spot).not.toBeNull();

@@ -43,9 +43,10 @@ pub(super) fn pick_and_place() -> Vec<PtpCmd> {
         .collect()
 }
 
-/// Returns a circle with a circumference in segments of 1 mm, repeated.
+/// Returns a circle with a radius of 40 mm, in segments of 1 mm. It ends where it starts, so that
+/// it can be repeated.
 pub(super) fn ring() -> Vec<CpCmd> {
-    // Circumference of the circle with a radius of 40 mm, in mm.
+    // One for each mm of the circumference, 2π × 40 mm.
     const SEGMENTS: u32 = 251;
     (1..=SEGMENTS)
         .map(|at| {
@@ -75,7 +76,7 @@ pub(super) fn hatching() -> Vec<CpCmd> {
         .collect()
 }
 
-/// Creates an arm with a suction cup that accepts commands.
+/// Creates an arm that has a suction cup and accepts commands.
 pub(super) fn arm() -> Controller {
     let mut arm = Controller::default();
     let bias = EndEffectorParams {
@@ -121,7 +122,8 @@ pub(super) fn send(arm: &mut Controller, frame: &FrameBuf) {
 }
 
 /// Acts as a host that keeps the queue full: it sends a command whenever one has finished. Every
-/// command is a frame with a reply. `between` is called from one event of the arm to the next.
+/// command is a frame with a reply. `between` is called before the clock advances to the next
+/// event of the arm, with the instant of that event.
 pub(super) fn stream(
     arm: &mut Controller,
     frames: &[FrameBuf],

@@ -20,7 +20,8 @@ use super::speed;
 /// Commands of a round.
 const MOVES: usize = 96;
 const SEGMENTS: usize = 2_000;
-/// Half of 200 mm/s, 200 mm/s², 200 deg/s and 200 deg/s², the settings of power-up, in every unit.
+/// Speed and acceleration of a move, in mm or deg. Half of the settings at power-up: 200 mm/s,
+/// 200 mm/s², 200 deg/s and 200 deg/s².
 const MOVE_LIMITS: (f64, f64) = (100.0, 100.0);
 /// Speed and acceleration of a path at power-up.
 const PATH_LIMITS: (f64, f64) = (100.0, 100.0);
@@ -48,7 +49,8 @@ impl Stepped {
         }
     }
 
-    /// Covers a distance in steps, always able to brake in time. `at` receives the share done.
+    /// Covers a distance in steps, never faster than the arm can still brake. Each step calls `at`
+    /// with the share of the distance covered.
     fn cover_distance(
         &mut self,
         way: f64,
@@ -121,7 +123,7 @@ impl Stepped {
         }
     }
 
-    /// Runs a path, as fast as the look-ahead allows for braking.
+    /// Runs a path, never faster than the arm can still brake within the look-ahead.
     fn path(&mut self, commands: &[CpCmd]) {
         let (most, acceleration) = PATH_LIMITS;
         let (mut speed, mut over) = (0.0_f64, 0.0);

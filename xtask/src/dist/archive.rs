@@ -24,14 +24,14 @@ const SHELLS: [(&str, &str); 5] = [
     ("powershell", "_magician.ps1"),
 ];
 
-/// Rule of udev that lets every user of a Linux computer open an arm.
+/// udev rules that let every user of a Linux computer open an arm.
 pub(super) const UDEV_RULES: &str = "70-magician.rules";
 
-/// Unit of systemd for a station that starts with a Linux computer, and the user that it runs as.
+/// systemd unit that starts a station when Linux boots, and the user that the station runs as.
 pub(super) const SYSTEMD_FILES: [&str; 2] = ["magician.service", "magician.sysusers"];
 
-/// Lays out a system's archive in a folder of the same name and packs it. `local_command` is a command
-/// that runs on this machine, for completions and manual pages.
+/// Lays out a system's archive in a folder of the same name and packs it. `local_command` is a
+/// `magician` built for this machine; it generates the completions and manual pages.
 pub(super) fn write(
     builder: &Builder,
     system: &System,

@@ -91,7 +91,7 @@ fn panel(
     Ok(())
 }
 
-/// Converts a position on the ground into the view of a drawing on paper.
+/// Projects a position on the ground as on paper: X to the right, Y up.
 fn to_view(place: [f64; 2]) -> (f64, f64) {
     let [right, up] = TopView::PAPER.project(place);
     (right, up)

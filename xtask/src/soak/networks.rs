@@ -16,7 +16,7 @@ const LOSS_RATES: [&str; 4] = ["0", "0.003", "0.01", "0.02"];
 /// Drawing of 80 commands.
 const DRAWING: &str = "house.svg";
 
-/// Runs this many drawings over each network.
+/// Runs `scope.cases` drawings over each network.
 pub(super) fn networks(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let plan = sample(DRAWING)?;
     let right = drawn(&plan, None);

@@ -17,7 +17,7 @@ pub(super) fn place(number: u64) -> [f32; 4] {
     ]
 }
 
-/// Returns the command of this number: moves of three kinds, and waits.
+/// Returns the command with this number, in turn a wait or a move of one of three kinds.
 pub(super) fn mixed(number: u64) -> Set {
     match number % 4 {
         0 => WaitCmd {

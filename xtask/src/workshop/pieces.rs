@@ -1,8 +1,8 @@
-//! Pieces of the gallery as data; the typed commands are defined only here.
+//! Pieces of the gallery as data: the only definition of their command lines.
 
 use super::marks::Reader;
 
-/// Piece of the gallery.
+/// Command shown in the gallery, with its input and the pictures made of it.
 pub(super) struct Piece {
     /// Prefix of the names of its pictures.
     pub(super) name: &'static str,
@@ -28,7 +28,7 @@ pub(super) enum Input {
     File(&'static str),
     /// Lines, which are also read by an independent reader.
     Lines(&'static str, Reader),
-    /// A picture whose greys are burnt with this width and this distance of lines, mm.
+    /// A picture whose greys are burnt: width of the result and distance of its lines, mm.
     Tones(&'static str, [f64; 2]),
 }
 
@@ -36,7 +36,7 @@ pub(super) enum Input {
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Svg,
-    /// Raster image, because lines would be too large.
+    /// Raster image, because a file of all lines would be too large.
     Png,
     /// A preview only, since nothing is drawn.
     Way,
