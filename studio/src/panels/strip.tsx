@@ -46,10 +46,10 @@ function factsText(job: Job): string {
   return all.join(" · ");
 }
 
-const remainingText = (job: Job): string =>
-  jobs.isActive(job) && !isOutOfContact(job) && job.seconds_left !== null
-    ? t("run.left", { time: jobs.formatDuration(job.seconds_left) })
-    : "";
+function remainingText(job: Job): string {
+  const left = jobs.isActive(job) && !isOutOfContact(job) ? jobs.secondsLeft(job) : null;
+  return left === null ? "" : t("run.left", { time: jobs.formatDuration(left) });
+}
 
 /** Text below: why buttons are disabled, what the job waits for, how it failed, its notes. */
 function StripText({ job, why, burns }: { job: Job; why: string | null; burns: boolean }) {

@@ -1,5 +1,6 @@
-import { describe, expect, it, vi } from "vitest";
+import { afterEach, describe, expect, it, vi } from "vitest";
 import type { Job } from "../api";
+import * as jobs from "./jobs";
 import { durationOf, isShown, isUneventful } from "./strip";
 
 const job = (more: Partial<Job>): Job => ({
@@ -78,5 +79,38 @@ describe("the strip", () => {
     const again = await loaded(job({ state: "stopped" }));
     expect(again.strip.shownJob.value).toBeNull();
     again.end();
+  });
+});
+
+describe("the remaining time", () => {
+  afterEach(() => {
+    jobs.jobs.value = [];
+    vi.useRealTimers();
+  });
+
+  it("counts down between two estimates while the job runs", () => {
+    vi.useFakeTimers();
+    const stop = jobs.follow();
+    const report = (more: Partial<Job>) => {
+      jobs.jobs.value = [job({ seconds_left: 10, ...more })];
+    };
+    const left = () => jobs.jobs.value.map(jobs.secondsLeft)[0];
+    report({});
+    vi.advanceTimersByTime(3000);
+    expect(left()).toBe(7);
+    // Other news of the job are no new estimate.
+    report({ drawn_mm: 5 });
+    expect(left()).toBe(7);
+    report({ seconds_left: 9 });
+    expect(left()).toBe(9);
+    report({ seconds_left: 9, state: "paused" });
+    vi.advanceTimersByTime(3000);
+    expect(left()).toBe(9);
+    report({ seconds_left: 1 });
+    vi.advanceTimersByTime(3000);
+    expect(left()).toBe(0);
+    report({ seconds_left: null });
+    expect(left()).toBe(null);
+    stop();
   });
 });
