@@ -1,8 +1,9 @@
 //! Fuzzes the codec with damaged recorded frames for a given number of cases: `cargo run --release
 //! -p magician-protocol --example mutate -- --cases 100000000 --seed 1`.
 //!
-//! Each case damages one frame and deframes it in two pieces. A frame that comes out is decoded as
-//! a request and, in turn, encoded again, explained and serialised through text.
+//! Each case damages one frame and deframes it in two pieces. A frame that the deframer accepts is
+//! decoded as a request. Every fourth request is encoded again; every 64th is also described, and
+//! its values are printed and encoded from the text.
 
 use std::time::Instant;
 
@@ -49,23 +50,24 @@ fn damage(frame: &mut Vec<u8>, random: &mut Random) {
     for _ in 0..random.below(4) {
         let at = random.below(frame.len().max(1));
         let bits = random.next();
-        let any = (bits >> 8) as u8;
+        let random_byte = (bits >> 8) as u8;
         if bits & 7 == 0 && frame.len() < 250 {
-            frame.insert(at, any);
+            frame.insert(at, random_byte);
         } else if at >= frame.len() {
             continue;
         }
         match bits & 7 {
             0 => {}
             1 => drop(frame.remove(at)),
-            2 => frame[at] = INTERESTING_BYTES[usize::from(any % 8)],
-            3 => frame[at] = frame[at].wrapping_add(any | 1),
-            4 => frame[at] ^= 1 << (any & 7),
+            2 => frame[at] = INTERESTING_BYTES[usize::from(random_byte % 8)],
+            3 => frame[at] = frame[at].wrapping_add(random_byte | 1),
+            4 => frame[at] ^= 1 << (random_byte & 7),
             5 => frame.truncate(at),
-            _ => frame[at] = any,
+            _ => frame[at] = random_byte,
         }
     }
-    // Half the cases damage deeper: length and checksum are made right again.
+    // In half of the cases length and checksum are repaired, so that the damage reaches the
+    // decoder.
     if random.next() & 1 == 0
         && let [a, b, len, body @ .., sum] = &mut frame[..]
         && body.len() >= 2
@@ -85,7 +87,7 @@ struct MutationCount {
 }
 
 impl MutationCount {
-    fn take(&mut self, event: Event<'_>) {
+    fn count_event(&mut self, event: Event<'_>) {
         match event {
             Event::Frame { frame, .. } => {
                 self.frames += 1;
@@ -109,16 +111,16 @@ impl MutationCount {
         };
         self.requests += 1;
         if self.requests.is_multiple_of(4) {
-            write_back(frame, &request);
+            check_round_trip(frame, &request);
         }
         if self.requests.is_multiple_of(64) {
-            explain(frame);
+            describe_and_encode_text(frame);
         }
     }
 }
 
-/// Asserts that encoded bytes decode to the same bytes again.
-fn write_back(frame: &Frame<'_>, request: &Request) {
+/// Asserts that the bytes of an encoded request decode to a request with the same bytes.
+fn check_round_trip(frame: &Frame<'_>, request: &Request) {
     let mut first = [0; MAX_PARAMS];
     let mut writer = Writer::new(&mut first);
     match request {
@@ -145,7 +147,7 @@ fn write_back(frame: &Frame<'_>, request: &Request) {
     assert_eq!(params, &second[..count], "{frame:?}");
 }
 
-fn explain(frame: &Frame<'_>) {
+fn describe_and_encode_text(frame: &Frame<'_>) {
     let Ok(description) = Description::guess(frame) else {
         return;
     };
@@ -187,7 +189,7 @@ fn main() {
         let (one, two) = frame.split_at(random.below(frame.len() + 1));
         for mut piece in [one, two] {
             while let Some(event) = deframer.next(&mut piece) {
-                tally.take(event);
+                tally.count_event(event);
             }
         }
         if case.is_multiple_of(16) {

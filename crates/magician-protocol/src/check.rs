@@ -94,7 +94,7 @@ impl Range {
         let below = |least: i32| (number < f64::from(least)).then_some(least);
         let above = |most: i32| (number > f64::from(most)).then_some(most);
         match *self {
-            // Absolute: the bounds hold only in absolute modes, so the caller checks those.
+            // The bounds of `Absolute` hold only in absolute modes; the planner checks them.
             Self::Any | Self::Absolute(..) => None,
             Self::Within(least, most) => below(least).or_else(|| above(most)),
             // The controller clamps larger values to the maximum, so they do no harm.

@@ -326,11 +326,11 @@ fn has_damaged_len(body: &[u8]) -> bool {
     };
     params.len() >= MIN_FRAME_SIZE
         && !Row::has_usual_size(*id, Ctrl(*ctrl), params.len())
-        && swallows(*id, params)
+        && contains_unexpected_frame(*id, params)
 }
 
 #[cold]
-fn swallows(id: u8, params: &[u8]) -> bool {
+fn contains_unexpected_frame(id: u8, params: &[u8]) -> bool {
     holds_frame(params) && !Row::with_id(id).is_some_and(|row| row.may_be_open_ended(params))
 }
 

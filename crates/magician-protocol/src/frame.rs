@@ -98,7 +98,8 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Creates a frame from bytes that are exactly one. `None` otherwise, or if it is damaged.
+    /// Creates a frame from the bytes of exactly one frame. `None` if bytes are missing, surplus or
+    /// damaged.
     #[must_use]
     pub fn new(bytes: &'a [u8]) -> Option<Self> {
         let [0xAA, 0xAA, len, body @ .., sum] = bytes else {

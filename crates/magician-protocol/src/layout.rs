@@ -122,7 +122,8 @@ impl LayoutInfo {
     /// # Errors
     /// [`DecodeError::Length`] if there is no such form.
     pub fn normalise(&self, count: usize) -> Result<Normalised, DecodeError> {
-        // Tolerated forms first: a surplus of known length means something else than surplus bytes.
+        // Tolerated forms come first: a count that known hosts send is a form of its own, and not a
+        // frame with surplus bytes.
         if let Some(form) = self.forms.iter().find(|form| form.len == count) {
             return Ok(Normalised {
                 kind: form.kind,
@@ -194,8 +195,8 @@ impl LayoutInfo {
     /// skipped.
     ///
     /// # Errors
-    /// Same as [`normalise`](Self::normalise), and [`DecodeError::List`] for a list of outputs in
-    /// neither form.
+    /// Same as [`normalise`](Self::normalise), and [`DecodeError::List`] for a list of outputs
+    /// whose length is neither a multiple of 4 nor one more, with the count in front (errata E29).
     pub fn values<'a>(&self, params: &'a [u8]) -> Result<Fields<'a>, DecodeError> {
         let normalised = self.normalise(params.len())?;
         let (skip, as_bytes) = match normalised.kind {

@@ -66,7 +66,7 @@ pub enum Confidence {
     High,
     /// A single good source, or several that leave something open.
     Medium,
-    /// A single source, never seen at work.
+    /// A single source, and no record of the command in use.
     Low,
 }
 
@@ -97,7 +97,7 @@ pub enum Effect {
     Motor,
     /// Switches the laser.
     Laser,
-    /// Lets time pass.
+    /// Makes the queue wait for a time or an input.
     Wait,
     /// Starts, stops or changes the queue.
     Queue,
@@ -236,13 +236,13 @@ const fn layout_size(info: Option<&LayoutInfo>) -> u8 {
 }
 
 impl Row {
-    /// Danger of a set, as a predicate that follows the command's name. `None` if it is not
-    /// dangerous.
+    /// Danger of a set, as the rest of a sentence that begins with the command's name ("can brick
+    /// ..."). `None` if a set is not dangerous.
     #[must_use]
     pub const fn danger(&self) -> Option<&'static str> {
         match (self.dangerous, self.id) {
             (false, _) => None,
-            // A program in the flash runs by the key at the base, with no host there (model section
+            // The key at the base starts a program in the flash, without any host (model section
             // 12).
             (true, 243) => Some(
                 "writes the commands that follow to the arm's flash, where the key at the base can run them later",
@@ -260,7 +260,7 @@ impl Row {
         sizes.iter().any(|size| usize::from(*size) == count) || count == 8 && ctrl.queued()
     }
 
-    /// True if the parameters, although they look like frames, may belong to a layout without a
+    /// True if parameters that contain the bytes of a frame may still belong to a layout without a
     /// fixed size: UTF-8 with only NULs after its NUL, a list of outputs, alarm bits.
     pub(crate) fn may_be_open_ended(&self, params: &[u8]) -> bool {
         let layouts = [self.query, self.value, self.set];
@@ -344,7 +344,7 @@ impl Row {
         let layouts = [self.query, self.value, self.set];
         is(self.name)
             || self.value.is_some() && is(self.get_name)
-            || self.set.is_some() && (is(self.set_name) || prefixed("set", self.name, name))
+            || self.set.is_some() && (is(self.set_name) || equals_prefixed("set", self.name, name))
             || layouts.into_iter().flatten().any(|info| is(info.name))
     }
 
@@ -355,7 +355,8 @@ impl Row {
         self.set.is_some() && (ctrl.write() || ctrl.queued() && !self.steers_queue())
     }
 
-    /// Vendor's name of the form that a frame with this Ctrl has; the set's if there is no get.
+    /// Vendor's name for a frame with this Ctrl: the set name if the frame is a set or there is no
+    /// get, else the get name.
     #[must_use]
     pub const fn form_name(&self, ctrl: Ctrl) -> &'static str {
         if self.sets(ctrl) || self.value.is_none() {
@@ -412,7 +413,7 @@ pub(crate) fn same_name(a: &str, b: &str) -> bool {
     normalised_name(a).eq(normalised_name(b))
 }
 
-fn prefixed(prefix: &str, candidate: &str, name: &str) -> bool {
+fn equals_prefixed(prefix: &str, candidate: &str, name: &str) -> bool {
     normalised_name(prefix)
         .chain(normalised_name(candidate))
         .eq(normalised_name(name))

@@ -47,7 +47,7 @@ macro_rules! origin {
     (errata [$chapter:ident $section:literal $source:ident $confidence:ident $(, errata $errata:literal)?]) => {
         concat!($($errata)?)
     };
-    (words [$chapter:ident $section:literal $source:ident $confidence:ident $(, errata $errata:literal)?]) => {
+    (citation [$chapter:ident $section:literal $source:ident $confidence:ident $(, errata $errata:literal)?]) => {
         concat!("section ", $section $(, ", errata ", $errata)?)
     };
 }
@@ -197,7 +197,8 @@ macro_rules! case {
     };
 }
 
-/// Range in force for a field of this value: ranges that depend on another field are resolved.
+/// Range in force for a field, given the other fields of the struct:
+/// [`Range::By`](crate::Range::By) becomes the matching case.
 macro_rules! range_beside {
     ($value:ident [$( $field:ident $is:literal $name:literal $least:literal..=$most:literal $($unit:literal)? ),+]) => {
         $( if u8::from($value.$field) == $is {
@@ -274,7 +275,7 @@ macro_rules! read_field {
 ///
 /// ```text
 /// ID "VendorName" "purpose" [Chapter "section" Source Confidence]
-///                                   and, errata "E22" if its description is corrected
+///               or with errata: [Chapter "section" Source Confidence, errata "E22"]
 ///     [queue yes|no|ignored, resend yes|no, danger yes|no, effect Effect]
 ///     query Args { fields }     parameters of a get, if it has any
 ///     state Value { fields }    a value with a get
@@ -309,17 +310,17 @@ macro_rules! commands {
         $( action $action:ident $( named $action_name:literal )? { $($action_body:tt)* } $( forms $action_forms:tt )? )?
     )+) => {
         $(
-            $( layout! { concat!("Parameters of a get of ", $vendor, " (", origin!(words $origin), ")."), $query $query_body $($query_forms)? } )?
-            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; the reply to a get."), $state $state_body $($state_forms)? } )?
-            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; readable and writable."), $param $param_body $($param_forms)? } )?
-            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; the parameters of a set."), $action { $($action_body)* } $($action_forms)? } )?
+            $( layout! { concat!("Parameters of a get of ", $vendor, " (", origin!(citation $origin), ")."), $query $query_body $($query_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(citation $origin), "; the reply to a get."), $state $state_body $($state_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(citation $origin), "; readable and writable."), $param $param_body $($param_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(citation $origin), "; the parameters of a set."), $action { $($action_body)* } $($action_forms)? } )?
 
             readable! { $id [ $($query)? ] [ $($state)? $($param)? ] }
             writable! { $id $queue [ $($param)? $($action)? ] }
         )+
 
-        /// Section number of the document. The table writes `none` for commands that it does not
-        /// have.
+        /// Section number in the vendor's document. The table writes `none` for a command that is
+        /// not in the document.
         const fn section(name: &'static str) -> &'static str {
             match name.as_bytes() {
                 b"none" => "",
@@ -345,9 +346,9 @@ macro_rules! commands {
             may_burn: is_word!(burn $($may)?),
             get_name: concat!("Get", $vendor),
             set_name: name_or_default!(concat!("Set", $vendor) $( $(, $action_name)? )?),
-            query: first_of!( $( <$state as Readable>::Query::INFO )? $( <$param as Readable>::Query::INFO )? ),
-            value: first_of!( $( $state::INFO )? $( $param::INFO )? ),
-            set: first_of!( $( $param::INFO )? $( $action::INFO )? ),
+            query: some_if_present!( $( <$state as Readable>::Query::INFO )? $( <$param as Readable>::Query::INFO )? ),
+            value: some_if_present!( $( $state::INFO )? $( $param::INFO )? ),
+            set: some_if_present!( $( $param::INFO )? $( $action::INFO )? ),
         }, )+ ];
 
         /// A get request; each variant carries the parameters of its query.
@@ -459,8 +460,8 @@ macro_rules! commands {
     };
 }
 
-/// The first of several alternatives, as an `Option`.
-macro_rules! first_of {
+/// The alternative that is present, as an `Option`. Two at once do not compile.
+macro_rules! some_if_present {
     () => { None };
     ($($any:tt)+) => { Some($($any)+) };
 }

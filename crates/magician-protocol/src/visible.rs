@@ -18,9 +18,9 @@ use core::fmt::{self, Display, Write};
 /// assert!(!is_deceptive('ä') && !is_deceptive('中'));
 /// ```
 #[must_use]
-pub const fn is_deceptive(sign: char) -> bool {
+pub const fn is_deceptive(character: char) -> bool {
     matches!(
-        sign,
+        character,
         '\0'..='\u{1f}'
             | '\u{7f}'..='\u{9f}'
             | '\u{ad}'
@@ -84,16 +84,17 @@ struct Filter<'a, 'f> {
 impl Write for Filter<'_, '_> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let lines = self.keep_lines;
-        let is_shown = |sign| !is_deceptive(sign) || lines && matches!(sign, '\n' | '\t');
+        let is_shown =
+            |character| !is_deceptive(character) || lines && matches!(character, '\n' | '\t');
         let mut rest = text;
-        while let Some(at) = rest.find(|sign| !is_shown(sign)) {
+        while let Some(at) = rest.find(|character| !is_shown(character)) {
             let (plain, from) = rest.split_at(at);
             self.to.write_str(plain)?;
-            let mut signs = from.chars();
-            if let Some(sign) = signs.next() {
-                write!(self.to, "{}", sign.escape_unicode())?;
+            let mut characters = from.chars();
+            if let Some(character) = characters.next() {
+                write!(self.to, "{}", character.escape_unicode())?;
             }
-            rest = signs.as_str();
+            rest = characters.as_str();
         }
         self.to.write_str(rest)
     }
@@ -127,8 +128,8 @@ struct Escape<'a, 'f>(&'a mut fmt::Formatter<'f>);
 impl Write for Escape<'_, '_> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for piece in text.split_inclusive(['&', '<', '>', '"']) {
-            let sign = piece.chars().next_back().unwrap_or_default();
-            let escaped = match sign {
+            let character = piece.chars().next_back().unwrap_or_default();
+            let escaped = match character {
                 '&' => "&amp;",
                 '<' => "&lt;",
                 '>' => "&gt;",
@@ -140,7 +141,7 @@ impl Write for Escape<'_, '_> {
                 }
             };
             self.0
-                .write_str(piece.strip_suffix(sign).unwrap_or_default())?;
+                .write_str(piece.strip_suffix(character).unwrap_or_default())?;
             self.0.write_str(escaped)?;
         }
         Ok(())
@@ -156,11 +157,11 @@ mod tests {
     #[test]
     fn control_characters_are_escaped() {
         for code in (0..0x20).chain(0x7f..0xa0) {
-            let sign = char::from(code);
-            let shown = visible(sign).to_string();
+            let character = char::from(code);
+            let shown = visible(character).to_string();
             assert_eq!(shown, std::format!("\\u{{{code:x}}}"));
         }
-        for sign in [
+        for character in [
             '\u{202e}',
             '\u{2066}',
             '\u{200f}',
@@ -168,7 +169,10 @@ mod tests {
             '\u{e0041}',
             '\u{feff}',
         ] {
-            assert!(visible(sign).to_string().starts_with("\\u{"), "{sign:?}");
+            assert!(
+                visible(character).to_string().starts_with("\\u{"),
+                "{character:?}"
+            );
         }
     }
 

@@ -5,7 +5,7 @@ use magician_protocol::commands::AlarmsState;
 use magician_protocol::{Alarm, AlarmGroup, AlarmSet};
 use toml::Table;
 
-fn written() -> Vec<Table> {
+fn documented_alarms() -> Vec<Table> {
     let table: Table = toml::from_str(include_str!("../data/alarms.toml")).unwrap();
     let alarms = table["alarm"].as_array().unwrap().iter();
     alarms
@@ -29,7 +29,7 @@ fn group(name: &str) -> AlarmGroup {
 #[test]
 fn alarms_of_the_magician_are_those_of_alarms_toml() {
     let mut count = 0;
-    for alarm in written() {
+    for alarm in documented_alarms() {
         let code = u8::try_from(alarm["bit"].as_integer().unwrap()).unwrap();
         let family = alarm["device_family"].as_str().unwrap();
         let Some(known) = Alarm::with_code(code) else {
@@ -49,8 +49,8 @@ fn alarms_of_the_magician_are_those_of_alarms_toml() {
 }
 
 #[test]
-fn names_of_the_siblings_alarms_are_on_record_too() {
-    let written = written();
+fn every_alarm_name_is_in_alarms_toml() {
+    let written = documented_alarms();
     for alarm in Alarm::TABLE {
         let code = i64::from(alarm.code);
         let same = |w: &&Table| w["bit"].as_integer() == Some(code);
@@ -104,7 +104,7 @@ fn bit_zero_is_the_least_significant() {
 }
 
 #[test]
-fn every_code_goes_in_and_out() {
+fn every_code_can_be_inserted_and_removed() {
     for code in 0..=u8::MAX {
         let mut set = AlarmSet::new();
         assert!(set.is_empty() && !set.blocking());

@@ -1,13 +1,13 @@
 //! Meaning of the control byte and the id, in both directions.
 
-use crate::material::{fields, frame, noted, notes, request};
+use crate::material::{assert_single_note, fields, frame, notes, request};
 use magician_protocol::{DecodeError, Description, Direction, Get, Request, Set};
 
 #[test]
 fn e05_destination_and_error_bits_are_kept_and_noted() {
     assert_eq!(request(10, 0x10, &[]), request(10, 0, &[]));
-    noted(10, 0x10, &[], "E05");
-    noted(10, 0xC0, &[], "E05");
+    assert_single_note(10, 0x10, &[], "E05");
+    assert_single_note(10, 0xC0, &[], "E05");
     let notes = notes(84, 0x07, &[0; 8], Direction::Reply);
     assert!(notes.len() == 1 && notes[0].contains("refused"));
     let ctrl = frame(10, 0x95, &[]).frame().ctrl();
@@ -21,7 +21,7 @@ fn e07_the_queued_bit_alone_queues() {
         request(3, 2, &[1, 1]),
         Ok(Request::Queue(Set::SetDeviceWithL(_)))
     ));
-    noted(3, 2, &[1, 1], "E07");
+    assert_single_note(3, 2, &[1, 1], "E07");
     assert_eq!(
         fields(3, 2, &[5, 0, 0, 0, 0, 0, 0, 0], Direction::Reply),
         "queued_cmd_index=5"
@@ -40,11 +40,11 @@ fn e12_rw_does_not_matter_where_there_is_one_direction() {
         request(246, 1, &[]),
         Ok(Request::Get(Get::QueuedCmdCurrentIndex(_)))
     ));
-    noted(246, 1, &[], "E12");
+    assert_single_note(246, 1, &[], "E12");
     let answer = fields(246, 1, &[7, 0, 0, 0, 0, 0, 0, 0], Direction::Reply);
     assert_eq!(answer, "queued_cmd_current_index=7");
     assert_eq!(request(240, 0, &[]), Ok(Request::Nothing));
-    noted(240, 0, &[], "E12");
+    assert_single_note(240, 0, &[], "E12");
     assert_eq!(request(84, 0, &[1, 2, 3]), Ok(Request::Nothing));
 }
 

@@ -30,7 +30,7 @@ fn sums_to_zero(frame: &[u8]) -> bool {
 }
 
 #[test]
-fn every_single_byte_fault_of_every_frame_on_record() {
+fn single_byte_fault_is_rejected_unless_len_is_damaged() {
     let (mut faults, mut silent, mut errors, mut decoded) = (0, 0, 0, 0);
     for recorded in frames() {
         let mut bytes = recorded.bytes.clone();
@@ -129,7 +129,7 @@ impl FaultCount {
         self.false_frames += usize::from(chance);
     }
 
-    fn tell(&self, name: &str) {
+    fn report_and_check(&self, name: &str) {
         let Self {
             faults,
             lost,
@@ -143,7 +143,8 @@ impl FaultCount {
     }
 }
 
-const TELLING: [u8; 12] = [
+/// Bytes with a meaning to the deframer, and their neighbours.
+const FAULT_BYTES: [u8; 12] = [
     0x00, 0x01, 0x02, 0x0A, 0x55, 0x7F, 0x80, 0xA9, 0xAA, 0xAB, 0xFA, 0xFF,
 ];
 
@@ -158,7 +159,7 @@ fn a_fault_costs_one_frame() {
         let stretch = Stretch::new(&all, first);
         for (at, good) in frame.iter().enumerate() {
             dropped.add(stretch.cost(at, Fault::Dropped));
-            for bad in TELLING {
+            for bad in FAULT_BYTES {
                 inserted.add(stretch.cost(at, Fault::Inserted(bad)));
                 if bad != *good {
                     replaced.add(stretch.cost(at, Fault::Replaced(bad)));
@@ -166,9 +167,9 @@ fn a_fault_costs_one_frame() {
             }
         }
     }
-    replaced.tell("replaced");
-    inserted.tell("inserted");
-    dropped.tell("dropped");
+    replaced.report_and_check("replaced");
+    inserted.report_and_check("inserted");
+    dropped.report_and_check("dropped");
     let lost = replaced.lost + inserted.lost + dropped.lost;
     assert!(lost <= replaced.faults + inserted.faults + dropped.faults);
 }
@@ -186,5 +187,5 @@ fn any_length_byte_costs_one_frame() {
             tally.add(stretch.cost(2, Fault::Replaced(bad)));
         }
     }
-    tally.tell("false Len");
+    tally.report_and_check("false Len");
 }

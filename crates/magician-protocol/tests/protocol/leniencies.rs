@@ -1,6 +1,8 @@
 //! Forms that known hosts and controllers send although a strict sender would not, by erratum.
 
-use crate::material::{fields, frame, get_again, noted, notes, request, set_again};
+use crate::material::{
+    assert_single_note, fields, frame, notes, reencode_get, reencode_set, request,
+};
 use magician_protocol::commands::{
     AutoLeveling, CpCmd, CpLeCmd, DeviceVersion, EMotor, EMotorS, HhtTrigMode, PtpJumpParams,
     PtpPoCmd, PtpPoWithLCmd, QueuedCmdLeftSpace, QueuedCmdStartDownload,
@@ -25,11 +27,11 @@ fn e11_surplus_is_ignored_and_a_short_frame_is_an_error() {
                 "{}",
                 row.name
             );
-            noted(row.id, 0, &vec![0; size + 1], "E11");
+            assert_single_note(row.id, 0, &vec![0; size + 1], "E11");
         }
     }
     let long = [&[1][..], &[0; 16], &[9; 3]].concat();
-    assert_eq!(set_again(84, &long), Ok(long[..17].to_vec()));
+    assert_eq!(reencode_set(84, &long), Ok(long[..17].to_vec()));
     assert_eq!(request(84, 3, &long[..16]), Err(length(17, 16)));
     assert_eq!(request(84, 3, &[]), Err(length(17, 0)));
 }
@@ -38,15 +40,15 @@ fn e11_surplus_is_ignored_and_a_short_frame_is_an_error() {
 fn e11_four_bytes_of_a_motor_are_filled_up() {
     let motor = EMotor::decode(&[1, 1, 0x10, 0x27]).unwrap();
     assert_eq!((motor.speed, motor.is_enabled.is_on()), (10_000, true));
-    noted(135, 1, &[1, 1, 0x10, 0x27], "E11");
+    assert_single_note(135, 1, &[1, 1, 0x10, 0x27], "E11");
     assert_eq!(EMotor::decode(&[1, 1, 0x10]), Err(length(6, 3)));
     assert_eq!(EMotor::decode(&[1, 1, 0x10, 0x27, 0]), Err(length(6, 5)));
 }
 
 #[test]
 fn e15_rail_with_and_without_its_version() {
-    assert_eq!(set_again(3, &[1]), Ok(vec![1]));
-    assert_eq!(set_again(3, &[1, 1]), Ok(vec![1, 1]));
+    assert_eq!(reencode_set(3, &[1]), Ok(vec![1]));
+    assert_eq!(reencode_set(3, &[1, 1]), Ok(vec![1, 1]));
     assert_eq!(fields(3, 1, &[1], Direction::Request), "with_l=1");
     assert_eq!(request(3, 1, &[]), Err(length(1, 0)));
 }
@@ -81,10 +83,10 @@ fn e16_a_version_may_be_longer() {
 #[test]
 fn e17_text_ends_at_its_nul_or_without_one() {
     for params in [&b"arm\0"[..], b"arm", b"arm\0\0\0", b"arm\0left"] {
-        assert_eq!(set_again(1, params), Ok(b"arm\0".to_vec()));
+        assert_eq!(reencode_set(1, params), Ok(b"arm\0".to_vec()));
         assert_eq!(fields(1, 1, params, Direction::Request), "device_name=arm");
     }
-    assert_eq!(set_again(1, b""), Ok(b"\0".to_vec()));
+    assert_eq!(reencode_set(1, b""), Ok(b"\0".to_vec()));
 }
 
 #[test]
@@ -115,18 +117,18 @@ fn e21_levelling_answers_four_bytes_or_five() {
 fn e22_homing_takes_none_to_four_bytes() {
     for count in 0..=4 {
         assert_eq!(
-            set_again(31, &vec![0; count]),
+            reencode_set(31, &vec![0; count]),
             Ok(vec![0; 4]),
             "{count} bytes"
         );
     }
-    noted(31, 3, &[0], "E22");
+    assert_single_note(31, 3, &[0], "E22");
 }
 
 #[test]
 fn e23_a_pose_is_reset_with_or_without_angles() {
-    assert_eq!(set_again(11, &[0]), Ok(vec![0; 9]));
-    assert_eq!(set_again(11, &[1; 9]), Ok(vec![1; 9]));
+    assert_eq!(reencode_set(11, &[0]), Ok(vec![0; 9]));
+    assert_eq!(reencode_set(11, &[1; 9]), Ok(vec![1; 9]));
     assert_eq!(request(11, 1, &[1, 0, 0, 0, 0]), Err(length(9, 5)));
     assert_eq!(request(11, 1, &[]), Err(length(1, 0)));
 }
@@ -154,7 +156,7 @@ fn e25_jogging_knows_the_rail() {
 fn e28_motion_modes_go_to_nine_and_pass_beyond() {
     assert_eq!(PtpMode::from(9), PtpMode::JumpMovlXyz);
     let beyond = [&[10][..], &[0; 16]].concat();
-    assert_eq!(set_again(84, &beyond), Ok(beyond));
+    assert_eq!(reencode_set(84, &beyond), Ok(beyond));
 }
 
 #[test]
@@ -176,9 +178,9 @@ fn e29_outputs_with_and_without_a_count() {
     let counted = [&[0; 17][..], &[2], &list].concat();
     for params in [&bare, &counted] {
         assert_eq!(PtpPoCmd::decode(params).unwrap().po.as_slice(), outputs);
-        assert_eq!(set_again(88, params), Ok(bare.clone()));
+        assert_eq!(reencode_set(88, params), Ok(bare.clone()));
     }
-    noted(88, 3, &counted, "E29");
+    assert_single_note(88, 3, &counted, "E29");
     let wrong = [&[0; 17][..], &[3], &list].concat();
     assert_eq!(request(88, 3, &wrong), Err(DecodeError::List { found: 9 }));
     assert_eq!(
@@ -204,7 +206,7 @@ fn e30_jump_parameters_of_a_sibling_are_longer() {
     .concat();
     let jump = PtpJumpParams::decode(&long).unwrap();
     assert_eq!((jump.jump_height, jump.z_limit), (60.0, 90.0));
-    noted(82, 1, &long, "E11");
+    assert_single_note(82, 1, &long, "E11");
 }
 
 #[test]
@@ -213,7 +215,7 @@ fn e32_path_segments_of_fourteen_bytes() {
     let segment = CpCmd::decode(&short).unwrap();
     assert_eq!((segment.x, segment.velocity_or_power), (200.0, 0.0));
     assert!(CpLeCmd::decode(&short).is_ok());
-    noted(91, 3, &short, "E32");
+    assert_single_note(91, 3, &short, "E32");
     assert_eq!(
         fields(91, 3, &short, Direction::Request),
         "cp_mode=1 (Absolute) x=200 y=0 z=0"
@@ -228,7 +230,7 @@ fn e33_circles_with_and_without_a_count() {
         panic!()
     };
     assert_eq!(circle.count, 1);
-    assert_eq!(set_again(102, &[3; 36]), Ok(vec![3; 36]));
+    assert_eq!(reencode_set(102, &[3; 36]), Ok(vec![3; 36]));
     assert_eq!(request(102, 3, &[0; 34]), Err(length(36, 34)));
 }
 
@@ -244,9 +246,9 @@ fn e38_left_space_of_four_bytes_or_eight() {
 #[test]
 fn e39_pin_may_be_omitted() {
     for id in [130, 131, 132, 133, 134] {
-        assert_eq!(get_again(id, &[]), Ok(vec![]), "id {id}");
-        assert_eq!(get_again(id, &[18]), Ok(vec![18]), "id {id}");
-        noted(id, 0, &[], "E39");
+        assert_eq!(reencode_get(id, &[]), Ok(vec![]), "id {id}");
+        assert_eq!(reencode_get(id, &[18]), Ok(vec![18]), "id {id}");
+        assert_single_note(id, 0, &[], "E39");
         assert!(
             Row::with_id(id)
                 .unwrap()
@@ -272,7 +274,7 @@ fn e41_speeds_may_be_floats() {
     }
     for float in [1.0f32, -1.0, 10_000.0, -10_000.0, 0.5] {
         assert_eq!(read(float.to_le_bytes()), f64::from(float));
-        noted(135, 1, &[&[0, 1][..], &float.to_le_bytes()].concat(), "E41");
+        assert_single_note(135, 1, &[&[0, 1][..], &float.to_le_bytes()].concat(), "E41");
     }
     let nan = i32::from_le_bytes(f32::NAN.to_le_bytes());
     assert_eq!(
@@ -287,14 +289,14 @@ fn e41_speeds_may_be_floats() {
 #[test]
 fn e42_e43_sensors_with_and_without_version_and_port() {
     for id in [137, 138] {
-        assert_eq!(set_again(id, &[1, 2]), Ok(vec![1, 2]));
-        assert_eq!(set_again(id, &[1, 2, 1]), Ok(vec![1, 2, 1]));
-        assert_eq!(get_again(id, &[]), Ok(vec![]));
-        assert_eq!(get_again(id, &[3]), Ok(vec![3]));
-        assert_eq!(get_again(id, &[3, 1, 1]), Ok(vec![3]));
+        assert_eq!(reencode_set(id, &[1, 2]), Ok(vec![1, 2]));
+        assert_eq!(reencode_set(id, &[1, 2, 1]), Ok(vec![1, 2, 1]));
+        assert_eq!(reencode_get(id, &[]), Ok(vec![]));
+        assert_eq!(reencode_get(id, &[3]), Ok(vec![3]));
+        assert_eq!(reencode_get(id, &[3, 1, 1]), Ok(vec![3]));
     }
     assert!(notes(137, 0, &[], Direction::Request).is_empty());
-    noted(138, 0, &[], "E43");
+    assert_single_note(138, 0, &[], "E43");
     assert_eq!(Port::from(3), Port::Gp5);
 }
 
@@ -309,5 +311,5 @@ fn e46_downloads_begin_with_two_words_or_two_bytes() {
             "total_loop=3 line_per_loop=5"
         );
     }
-    noted(243, 1, &[3, 5], "E46");
+    assert_single_note(243, 1, &[3, 5], "E46");
 }

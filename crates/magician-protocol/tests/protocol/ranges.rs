@@ -168,7 +168,7 @@ fn value_out_of_range_is_named_with_the_range_that_applies() {
 
 #[test]
 fn ends_of_a_range_are_within_it() {
-    for (command, sound) in [
+    for (command, in_range) in [
         (ratio(0.99), false),
         (ratio(1.0), true),
         (ratio(100.0), true),
@@ -202,7 +202,7 @@ fn ends_of_a_range_are_within_it() {
         ),
         (Set::from(ClearAlarmsState {}), true),
     ] {
-        assert_eq!(command.check().is_ok(), sound, "{command:?}");
+        assert_eq!(command.check().is_ok(), in_range, "{command:?}");
     }
     let jogs = |velocity_ratio, acceleration_ratio| {
         Set::from(JogCommonParams {
@@ -277,9 +277,9 @@ fn only_wanted_fields_are_checked() {
     assert_eq!(Set::from(at).check().unwrap_err().field, "ptp_mode");
 }
 
-/// Consequence: a value without a name is out of range.
+/// A value of an enum field is therefore out of range exactly if it has no name.
 #[test]
-fn range_of_an_enum_is_that_of_its_names() {
+fn enum_range_spans_its_named_values() {
     let layouts = TABLE.iter().flat_map(|row| [row.query, row.value, row.set]);
     let fields = layouts.flatten().flat_map(|layout| layout.fields);
     let mut seen = 0;

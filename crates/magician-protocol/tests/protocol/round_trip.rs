@@ -1,6 +1,6 @@
 //! Bytes to values and back, for every layout and arbitrary bytes.
 
-use crate::material::{bytes_of, get_again, set_again, value_again};
+use crate::material::{bytes_of, reencode_get, reencode_set, reencode_value};
 use magician_protocol::{
     AlarmSet, Ctrl, DecodeError, Description, Direction, Field, FieldType, FieldValue, FrameBuf,
     LayoutInfo, PoList, Request, Row, Scalar, TABLE, describe, encode_text,
@@ -17,21 +17,24 @@ fn config(cases: u32) -> ProptestConfig {
     }
 }
 
-type Again = fn(u8, &[u8]) -> Result<Vec<u8>, DecodeError>;
+type ReEncode = fn(u8, &[u8]) -> Result<Vec<u8>, DecodeError>;
 
-fn reply_again(id: u8, params: &[u8]) -> Result<Vec<u8>, DecodeError> {
+fn reencode_reply(id: u8, params: &[u8]) -> Result<Vec<u8>, DecodeError> {
     let mut result = Ok(());
-    let bytes = bytes_of(|writer| result = value_again(id, params, writer));
+    let bytes = bytes_of(|writer| result = reencode_value(id, params, writer));
     result.map(|()| bytes)
 }
 
 /// All layouts, each with its typed decode and encode.
-fn forms() -> Vec<(&'static Row, &'static LayoutInfo, Again)> {
+fn forms() -> Vec<(&'static Row, &'static LayoutInfo, ReEncode)> {
     let mut forms = Vec::new();
     for row in TABLE {
-        forms.extend(row.query.map(|info| (row, info, get_again as Again)));
-        forms.extend(row.value.map(|info| (row, info, reply_again as Again)));
-        forms.extend(row.set.map(|info| (row, info, set_again as Again)));
+        forms.extend(row.query.map(|info| (row, info, reencode_get as ReEncode)));
+        forms.extend(
+            row.value
+                .map(|info| (row, info, reencode_reply as ReEncode)),
+        );
+        forms.extend(row.set.map(|info| (row, info, reencode_set as ReEncode)));
     }
     forms
 }
@@ -113,9 +116,9 @@ proptest! {
 
     #[test]
     fn canonical_bytes_come_back(noise in prop::collection::vec(any::<u8>(), 300)) {
-        for (row, info, again) in forms() {
+        for (row, info, reencode) in forms() {
             let params = canonical(info, &noise);
-            prop_assert_eq!(again(row.id, &params), Ok(params.clone()), "{}", info.name);
+            prop_assert_eq!(reencode(row.id, &params), Ok(params.clone()), "{}", info.name);
         }
     }
 
@@ -123,9 +126,9 @@ proptest! {
     fn reflection_agrees_with_the_typed_decode(
         noise in prop::collection::vec(any::<u8>(), 0..=248),
     ) {
-        for (row, info, again) in forms() {
+        for (row, info, reencode) in forms() {
             let values = info.values(&noise);
-            let typed = again(row.id, &noise);
+            let typed = reencode(row.id, &noise);
             prop_assert_eq!(values.is_ok(), typed.is_ok(), "{}", info.name);
             let (Ok(values), Ok(typed)) = (values, typed) else { continue };
             let written: Vec<u8> = values.flat_map(|(f, v)| write_back(f, &v)).collect();
@@ -165,7 +168,7 @@ proptest! {
     }
 
     #[test]
-    fn the_deframer_gives_back_what_was_framed(
+    fn deframer_returns_framed_bytes(
         noise in prop::collection::vec(any::<u8>(), 300),
         queued in any::<bool>(),
     ) {

@@ -1,4 +1,4 @@
-//! The command table against `commands.toml`, and against its own rules.
+//! Compares the command table with `commands.toml`, and checks rules within the table.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use magician_protocol::{
 };
 use toml::{Table, Value};
 
-/// All ids of the Magician family; rows of other devices are left out.
+/// Commands of the Magician in `commands.toml`, by id.
 fn documented() -> BTreeMap<u8, Table> {
     let table: Table = toml::from_str(include_str!("../data/commands.toml")).unwrap();
     let commands = table["command"].as_array().unwrap().iter();
@@ -35,7 +35,7 @@ fn rows_are_those_of_the_magician() {
 }
 
 #[test]
-fn rows_say_what_commands_toml_says() {
+fn rows_match_commands_toml() {
     for (row, command) in TABLE.iter().zip(documented().values()) {
         let text = |key: &str| command[key].as_str().unwrap();
         assert_eq!(row.name, text("name"));
@@ -46,7 +46,7 @@ fn rows_say_what_commands_toml_says() {
             (None, _) => "set",
         };
         assert_eq!(access, text("access"), "{}", row.name);
-        // Get-only commands have the text "always immediate" here.
+        // For a get-only command `commands.toml` has the text "always immediate" here, not a flag.
         let queueable = command["queueable"].as_bool().unwrap_or(false);
         assert_eq!(row.queueable, queueable, "{}", row.name);
         let source = match row.source {
@@ -65,16 +65,25 @@ fn rows_say_what_commands_toml_says() {
 }
 
 #[test]
-fn layouts_are_those_of_commands_toml() {
+fn layouts_match_commands_toml() {
     for (row, command) in TABLE.iter().zip(documented().values()) {
         if let Some(get) = command.get("get") {
             assert_eq!(row.get_name, get["name"].as_str().unwrap());
-            assert_eq!(fields(row.query), written(row, "query", &get["request"]));
-            assert_eq!(fields(row.value), written(row, "value", &get["response"]));
+            assert_eq!(
+                table_fields(row.query),
+                documented_fields(row, "query", &get["request"])
+            );
+            assert_eq!(
+                table_fields(row.value),
+                documented_fields(row, "value", &get["response"])
+            );
         }
         if let Some(set) = command.get("set") {
             assert_eq!(row.set_name, set["name"].as_str().unwrap());
-            assert_eq!(fields(row.set), written(row, "set", &set["request"]));
+            assert_eq!(
+                table_fields(row.set),
+                documented_fields(row, "set", &set["request"])
+            );
             assert_eq!(row.queueable, set["returns_queue_index"].as_bool().unwrap());
         }
     }
@@ -82,7 +91,7 @@ fn layouts_are_those_of_commands_toml() {
 
 /// Intended differences between the table and `commands.toml`.
 const DIFFERENCES: &[(u8, &str, &str)] = &[
-    // E20: "accept any length" and the Magician's 16 bytes are one type.
+    // E20: one type covers both the Magician's 16 bytes and the rule "accept any length".
     (20, "value", "alarms_state alarms"),
     // E23: the document itself allows hosts to leave the angles out.
     (
@@ -90,7 +99,7 @@ const DIFFERENCES: &[(u8, &str, &str)] = &[
         "set",
         "manual u8, rear_arm_angle f32?, front_arm_angle f32?",
     ),
-    // Model section 15a takes precedence over commands.toml for these two.
+    // For ids 161 and 191 model section 15a takes precedence over commands.toml.
     (161, "value", "mode u8, ctl u8?"),
     (161, "set", "mode u8, ctl u8?"),
     (
@@ -101,7 +110,7 @@ const DIFFERENCES: &[(u8, &str, &str)] = &[
     (191, "set", "j1 f32, j2 f32, j3 f32, j4 f32, e1 f32, e2 f32"),
 ];
 
-fn written(row: &Row, form: &str, list: &Value) -> String {
+fn documented_fields(row: &Row, form: &str, list: &Value) -> String {
     if let Some((.., text)) = DIFFERENCES
         .iter()
         .find(|(id, name, _)| (*id, *name) == (row.id, form))
@@ -123,7 +132,7 @@ fn written(row: &Row, form: &str, list: &Value) -> String {
     list.join(", ")
 }
 
-fn fields(info: Option<&LayoutInfo>) -> String {
+fn table_fields(info: Option<&LayoutInfo>) -> String {
     let field = |field: &Field| {
         let mark = if field.optional { "?" } else { "" };
         format!("{} {}{mark}", field.name, type_name(field.ty))
@@ -160,7 +169,7 @@ fn layouts(row: &Row) -> impl Iterator<Item = &'static LayoutInfo> {
 }
 
 #[test]
-fn everything_is_explained() {
+fn every_row_field_and_enum_value_is_documented() {
     let sentence = |text: &str| {
         text.starts_with(|c: char| c.is_uppercase() || c.is_ascii_digit()) && text.ends_with('.')
     };
@@ -182,7 +191,7 @@ fn everything_is_explained() {
 }
 
 #[test]
-fn layouts_keep_the_rules_of_their_reader() {
+fn only_last_field_is_open_ended_and_omittable_fields_come_last() {
     for row in TABLE {
         for info in layouts(row) {
             let name = info.name;
@@ -211,18 +220,18 @@ fn only_speeds_are_signed() {
     assert!(signed.map(|field| field.name).eq(["speed", "speed"]));
 }
 
-fn normal(name: &str) -> String {
+fn normalised(name: &str) -> String {
     name.replace(['-', '_'], "").to_lowercase()
 }
 
 #[test]
-fn names_are_unique_but_for_the_clearing_of_alarms() {
+fn names_are_unique_except_clear_all_alarms_state() {
     let mut owners: BTreeMap<String, Vec<u8>> = BTreeMap::new();
     for row in TABLE {
-        let mut names = vec![normal(row.name)];
-        names.extend(row.value.map(|_| normal(row.get_name)));
-        names.extend(row.set.map(|_| normal(row.set_name)));
-        names.extend(layouts(row).map(|info| normal(info.name)));
+        let mut names = vec![normalised(row.name)];
+        names.extend(row.value.map(|_| normalised(row.get_name)));
+        names.extend(row.set.map(|_| normalised(row.set_name)));
+        names.extend(layouts(row).map(|info| normalised(info.name)));
         names.retain(|name| name != "noargs");
         names.sort();
         names.dedup();
@@ -314,7 +323,8 @@ fn dangerous_commands_are_listed_and_explained() {
     for row in TABLE {
         assert_eq!(row.danger().is_some(), row.dangerous, "{}", row.name);
     }
-    // A command that moves the arm or counts must not run twice.
+    // A command that moves the arm, waits for an input or checks for lost steps must not run
+    // twice.
     for row in TABLE.iter().filter(|row| row.name.ends_with("Cmd")) {
         assert!(!row.resendable || row.name == "WAITCmd", "{}", row.name);
     }

@@ -41,14 +41,14 @@ fn invalid_frames_are_rejected_for_the_reason_on_record() {
             panic!("{}: not rejected", vector.id);
         };
         assert_eq!((offset, bytes), (0, &vector.bytes[..]), "{}", vector.id);
-        let told = match reason {
+        let message = match reason {
             Rejection::Checksum { expected, found } => {
                 format!("checksum {found:02X}, expected {expected:02X}")
             }
             Rejection::Truncated => "5 bytes: the ID was forgotten in GetHHTTrigOutput".to_owned(),
             Rejection::Length(len) => format!("length {len}"),
         };
-        assert_eq!(told, why, "{}", vector.id);
+        assert_eq!(message, why, "{}", vector.id);
         while let Some(event) = deframer.next(&mut input) {
             assert!(!matches!(event, Event::Frame { .. }), "{}", vector.id);
         }
@@ -78,7 +78,7 @@ fn collect(deframer: &mut Deframer, input: &mut &[u8], frames: &mut Vec<Vec<u8>>
 }
 
 #[test]
-fn streams_give_their_frames_however_they_are_cut() {
+fn stream_yields_its_frames_for_every_split() {
     let table: toml::Table = toml::from_str(material::VECTORS).unwrap();
     let streams = table["stream"].as_array().unwrap();
     assert_eq!(streams.len(), 6);
@@ -99,7 +99,7 @@ fn streams_give_their_frames_however_they_are_cut() {
 }
 
 #[test]
-fn an_incomplete_frame_keeps_its_bytes() {
+fn incomplete_frame_is_completed_by_later_bytes() {
     let mut deframer = Deframer::new();
     assert_eq!(deframer.next(&mut &hex("AA AA 02 0A")[..]), None);
     assert!(deframer.pending());

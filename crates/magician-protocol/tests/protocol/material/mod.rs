@@ -131,8 +131,8 @@ pub fn check(recorded: &Recorded) {
         );
     }
     if recorded.canonical() && !lenient {
-        let again = encoded_again(&frame, recorded.direction);
-        assert_eq!(again, recorded.bytes, "{id}: encoded again");
+        let reencoded = reencode(&frame, recorded.direction);
+        assert_eq!(reencoded, recorded.bytes, "{id}: encoded again");
     }
 }
 
@@ -173,7 +173,7 @@ pub fn same(value: &FieldValue<'_>, written: &Value) -> bool {
 }
 
 /// Decodes a frame to typed values and encodes them again.
-pub fn encoded_again(frame: &Frame<'_>, direction: Direction) -> Vec<u8> {
+pub fn reencode(frame: &Frame<'_>, direction: Direction) -> Vec<u8> {
     let mut params = [0; magician_protocol::MAX_PARAMS];
     let mut writer = Writer::new(&mut params);
     let request = Request::decode(frame);
@@ -186,22 +186,22 @@ pub fn encoded_again(frame: &Frame<'_>, direction: Direction) -> Vec<u8> {
         (_, other) => panic!("{other:?}"),
     }
     let count = writer.finish().unwrap();
-    let again = FrameBuf::new(frame.id(), frame.ctrl(), &params[..count]).unwrap();
-    again.bytes().to_vec()
+    let reencoded = FrameBuf::new(frame.id(), frame.ctrl(), &params[..count]).unwrap();
+    reencoded.bytes().to_vec()
 }
 
 fn encode_reply(frame: &Frame<'_>, writer: &mut Writer<'_>) {
     match (frame.ctrl().write(), frame.ctrl().queued()) {
         (true, true) => frame.read::<QueuedCmdIndex>().unwrap().encode(writer),
         (true, false) => {}
-        (false, _) => value_again(frame.id(), frame.params(), writer).unwrap(),
+        (false, _) => reencode_value(frame.id(), frame.params(), writer).unwrap(),
     }
 }
 
-macro_rules! value_again {
+macro_rules! reencode_value {
     ($($name:ident)+) => {
         /// Decodes the reply to a get of `id` and encodes it again.
-        pub fn value_again(
+        pub fn reencode_value(
             id: u8,
             params: &[u8],
             writer: &mut Writer<'_>,
@@ -217,7 +217,7 @@ macro_rules! value_again {
     };
 }
 
-magician_protocol::for_each_readable!(value_again);
+magician_protocol::for_each_readable!(reencode_value);
 
 /// Bytes that `encode` writes.
 pub fn bytes_of(encode: impl FnOnce(&mut Writer<'_>)) -> Vec<u8> {
@@ -228,11 +228,11 @@ pub fn bytes_of(encode: impl FnOnce(&mut Writer<'_>)) -> Vec<u8> {
     params[..count].to_vec()
 }
 
-pub fn get_again(id: u8, params: &[u8]) -> Result<Vec<u8>, DecodeError> {
+pub fn reencode_get(id: u8, params: &[u8]) -> Result<Vec<u8>, DecodeError> {
     Get::decode(id, params).map(|get| bytes_of(|writer| get.encode(writer)))
 }
 
-pub fn set_again(id: u8, params: &[u8]) -> Result<Vec<u8>, DecodeError> {
+pub fn reencode_set(id: u8, params: &[u8]) -> Result<Vec<u8>, DecodeError> {
     Set::decode(id, params).map(|set| bytes_of(|writer| set.encode(writer)))
 }
 
@@ -253,7 +253,7 @@ pub fn notes(id: u8, ctrl: u8, params: &[u8], direction: Direction) -> Vec<&'sta
 }
 
 /// Asserts that a request has exactly one note, which names the erratum.
-pub fn noted(id: u8, ctrl: u8, params: &[u8], erratum: &str) {
+pub fn assert_single_note(id: u8, ctrl: u8, params: &[u8], erratum: &str) {
     let notes = notes(id, ctrl, params, Direction::Request);
     assert!(notes.len() == 1 && notes[0].contains(erratum), "{notes:?}");
 }
