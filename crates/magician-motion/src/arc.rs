@@ -58,8 +58,8 @@ impl Arc {
         if !(doubled_area >= SHORTEST_MOVE * longest && radius.is_finite()) {
             return Err(MotionError::Collinear);
         }
-        // The path turns at the middle point by half of the sweep. The chord is turned against the
-        // tangent at the start by the same angle.
+        // The polyline from start over middle to end turns by half of the sweep. The chord makes
+        // the same angle with the tangent at the start.
         let straight_on = dot(first, second);
         let half_sweep = atan2(doubled_area, straight_on);
         let (sin, cos) = {
@@ -83,7 +83,7 @@ impl Arc {
     }
 
     /// Length of a full circle.
-    pub(crate) fn turn(&self) -> f64 {
+    pub(crate) fn circumference(&self) -> f64 {
         self.radius * (360.0 / DEGREES_PER_RADIAN)
     }
 
@@ -92,13 +92,14 @@ impl Arc {
     }
 
     /// Greatest distance between two points on an arc of this length.
-    pub(crate) fn widest(&self, way: f64) -> f64 {
-        way.min(2.0 * self.radius)
+    pub(crate) fn max_chord(&self, length: f64) -> f64 {
+        length.min(2.0 * self.radius)
     }
 
-    pub(crate) fn place(&self, way: f64) -> ArcPoint {
-        let turns = libm::floor(way / self.turn());
-        let half = (way - turns * self.turn()) / self.radius * (0.5 * DEGREES_PER_RADIAN);
+    pub(crate) fn point_at(&self, length: f64) -> ArcPoint {
+        let turns = libm::floor(length / self.circumference());
+        let half =
+            (length - turns * self.circumference()) / self.radius * (0.5 * DEGREES_PER_RADIAN);
         let (sin_half, cos_half) = sin_cos(half);
         let (sin, bulge) = (2.0 * sin_half * cos_half, 2.0 * sin_half * sin_half);
         let cos = 1.0 - bulge;
@@ -129,7 +130,7 @@ impl Arc {
         }
         // The half angle is 90 degrees and its tangent infinite, so the quadratic misses this root.
         if opposite == 0.0 {
-            report(0.5 * self.turn());
+            report(0.5 * self.circumference());
         }
     }
 }

@@ -64,7 +64,7 @@ impl Planner {
         let arc = Arc::through(&from.pose, via, to)?;
         self.check_place(to)?;
         self.check_place(via)?;
-        self.round(from, from, arc, arc.turn() * f64::from(count))
+        self.round(from, from, arc, arc.circumference() * f64::from(count))
     }
 
     /// Checks that the tool can be at a position, at any rotation.

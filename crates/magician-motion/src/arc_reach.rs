@@ -67,7 +67,7 @@ impl Outline {
         } = *place;
         let across = geometry.tool.y * geometry.tool.y;
         let curvature = arc.curvature();
-        let ball = arc.widest(half);
+        let ball = arc.max_chord(half);
         let whole = x * x + y * y;
         let distance = libm::sqrt(whole);
         let (near, far) = ((distance - ball).max(0.0), distance + ball);
@@ -269,7 +269,7 @@ impl<R: FnMut(f64)> Search<'_, R> {
     }
 
     fn outline(&self, from: f64, to: f64) -> Outline {
-        let place = self.arc.place(0.5 * (from + to));
+        let place = self.arc.point_at(0.5 * (from + to));
         Outline::new(self.arc, self.geometry, &place, 0.5 * (to - from))
     }
 

@@ -31,7 +31,7 @@ impl ArcSegment {
     /// Velocity of the tool at `t`, mm/s and deg/s.
     pub(crate) fn tool_rate_at(&self, t: f64) -> Pose {
         let velocity = self.along.velocity(t);
-        let [x, y, z] = self.arc.place(self.along.position(t)).along;
+        let [x, y, z] = self.arc.point_at(self.along.position(t)).along;
         Pose {
             x: x * velocity,
             y: y * velocity,
@@ -42,7 +42,7 @@ impl ArcSegment {
 
     /// Length until the end, or until the path repeats itself, mm.
     fn lap(&self) -> f64 {
-        self.along.length().min(self.arc.turn())
+        self.along.length().min(self.arc.circumference())
     }
 
     /// Bounds of J1 on the whole path; `None` if the tool may touch the base axis.
@@ -50,9 +50,9 @@ impl ArcSegment {
     /// The tool stays in a ball around the middle of the path. Seen from the base axis, this ball
     /// subtends a known angle.
     fn j1_bounds(&self, geometry: &Geometry) -> Option<Interval> {
-        let way = 0.5 * self.lap();
-        let [x, y, _] = self.arc.place(way).at;
-        let (ball, distance) = (self.arc.widest(way), libm::sqrt(x * x + y * y));
+        let half_lap = 0.5 * self.lap();
+        let [x, y, _] = self.arc.point_at(half_lap).at;
+        let (ball, distance) = (self.arc.max_chord(half_lap), libm::sqrt(x * x + y * y));
         let across = geometry.tool.y;
         let near = distance - ball;
         if near <= libm::fabs(across) {
@@ -80,7 +80,7 @@ impl ToolPath for ArcSegment {
     }
 
     fn pose_at(&self, t: f64) -> Pose {
-        let [x, y, z] = self.arc.place(self.along.position(t)).at;
+        let [x, y, z] = self.arc.point_at(self.along.position(t)).at;
         let r = self.from.pose.r + self.turn_sign() * self.turning.position(t);
         Pose { x, y, z, r }
     }
@@ -99,9 +99,9 @@ impl ToolPath for ArcSegment {
         report: &mut impl FnMut(f64),
     ) {
         let lap = self.lap();
-        spatial_cuts(&self.arc, lap, geometry, (strict, wide), &mut |way| {
-            if way > 0.0 && way < lap {
-                report(self.along.time_at(way));
+        spatial_cuts(&self.arc, lap, geometry, (strict, wide), &mut |distance| {
+            if distance > 0.0 && distance < lap {
+                report(self.along.time_at(distance));
             }
         });
     }
@@ -121,7 +121,7 @@ impl ToolPath for ArcSegment {
     fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64) {
         let (from, to) = (self.along.position(a), self.along.position(b));
         let middle = 0.5 * (from + to);
-        let place = self.arc.place(middle);
+        let place = self.arc.point_at(middle);
         let outline = Outline::new(&self.arc, geometry, &place, 0.5 * (to - from));
         let Some(turning) = outline.turning(&place, geometry.tool.y) else {
             return (f64::NEG_INFINITY, f64::INFINITY);

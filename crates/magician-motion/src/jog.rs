@@ -198,7 +198,7 @@ impl Planner {
         }
         let sign = if jog.positive { 1.0 } else { -1.0 };
         let forwards = sign * entry;
-        let (turn, left) = if forwards < 0.0 {
+        let (turn, remaining_speed) = if forwards < 0.0 {
             self.law.reversal(-forwards, rates.acceleration)
         } else {
             (VelocityProfile::default(), -forwards)
@@ -206,11 +206,11 @@ impl Planner {
         let braking =
             (turn.duration() > 0.0).then(|| self.jog_segment(from, jog.axis, -sign, turn));
         let start = braking.map_or(*from, |segment| segment.end());
-        let forwards = -left;
+        let forwards = -remaining_speed;
         // Room to slow down from an entry above the target velocity. Otherwise the end of the
         // length would force harder braking.
         let slowing = 0.5 * forwards * forwards / rates.acceleration;
-        let length = self.way(&start, jog.axis, sign) + slowing;
+        let length = self.travel_beyond_limits(&start, jog.axis, sign) + slowing;
         let profile = self.law.run(length, forwards, &rates);
         let running = self.jog_segment(&start, jog.axis, sign, profile);
         let whole = self.trajectory(from, braking.into_iter().chain([running]));
@@ -315,7 +315,7 @@ impl Planner {
     }
 
     /// Length along the axis that ends beyond its limit, or beyond the reach of the links.
-    fn way(&self, from: &ArmState, axis: JogAxis, sign: f64) -> f64 {
+    fn travel_beyond_limits(&self, from: &ArmState, axis: JogAxis, sign: f64) -> f64 {
         let limits = &self.limits;
         let (angle, Range { min, max }) = match axis {
             JogAxis::J1 => (from.joints.j1, limits.j1),

@@ -1,4 +1,4 @@
-//! Segment of a motion: the joints, each by its own velocity profile.
+//! Segment of a motion: each joint follows its own velocity profile.
 
 use crate::axis_motion::AxisMotion;
 use crate::crossing::{CrossingTimes, first_violation};
@@ -6,7 +6,7 @@ use crate::roots::quadratic;
 use crate::velocity_profile::CORNERS;
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError};
 
-/// A motion of the joints, each by its own profile.
+/// A motion in which each joint follows its own profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct JointSegment {
     pub(crate) from: ArmState,
@@ -45,15 +45,15 @@ impl JointSegment {
         if self.stays_within(limits) {
             return None;
         }
-        let mut moments = CrossingTimes::new();
+        let mut times = CrossingTimes::new();
         let wide = limits.widened_to(&self.from.joints);
         for bound in Bound::ALL {
-            self.passings(bound, limits.at(bound), &mut moments);
+            self.add_crossing_times(bound, limits.at(bound), &mut times);
             if wide.at(bound) != limits.at(bound) {
-                self.passings(bound, wide.at(bound), &mut moments);
+                self.add_crossing_times(bound, wide.at(bound), &mut times);
             }
         }
-        let found = first_violation(limits, &self.from.joints, moments, self.duration(), |t| {
+        let found = first_violation(limits, &self.from.joints, times, self.duration(), |t| {
             Ok(self.joints_at(t))
         });
         // An error should name the target that was requested, not the angle just past the bound.
@@ -77,8 +77,8 @@ impl JointSegment {
     }
 
     /// Adds the times at which the angle of `bound` equals `angle`. Between the corners of the
-    /// profiles it is a quadratic of time.
-    fn passings(&self, bound: Bound, angle: f64, moments: &mut CrossingTimes) {
+    /// profiles the angle of `bound` is a quadratic of time.
+    fn add_crossing_times(&self, bound: Bound, angle: f64, times: &mut CrossingTimes) {
         let [j1, j2, j3, j4] = &self.axes;
         let (axis, other) = match bound {
             Bound::J1Min | Bound::J1Max => (j1, None),
@@ -100,7 +100,7 @@ impl JointSegment {
                 });
                 for root in quadratic(0.5 * acceleration, velocity, start + offset) {
                     if root >= 0.0 && from + root <= to {
-                        moments.add(from + root);
+                        times.add(from + root);
                     }
                 }
                 from = to;

@@ -236,7 +236,8 @@ impl Geometry {
         Ok((90.0 - elevation, j3))
     }
 
-    // A wrist closer than the forearm is long can only fail because the arm does not fold further.
+    // If the wrist is closer to the shoulder than the length of the forearm, the only possible
+    // cause is that the arm does not fold further.
     fn out_of_reach(&self, distance: f64) -> Unreachable {
         if distance < self.forearm {
             Unreachable::TooNear {
@@ -275,8 +276,8 @@ impl Geometry {
     /// Joint velocities (deg/s) for a given velocity of the tool (mm/s, r in deg/s) at these
     /// joints.
     ///
-    /// The arm has no singularity within its limits (model section 5). At one the result is not
-    /// finite.
+    /// The arm has no singularity within its limits (model section 5). At a singularity the result
+    /// is not finite.
     pub(crate) fn joint_velocities(
         &self,
         joints: &JointAngles,

@@ -5,8 +5,8 @@ use crate::{
     Range, Speeds, ToolBias,
 };
 
-/// The numbers by which one firmware plans motions. The virtual arm, the check and the reach use
-/// the same value.
+/// The numbers by which one firmware plans motions. The virtual arm, the host's checks before a
+/// motion and the computation of reach use the same value.
 ///
 /// A different firmware is described by changing single values:
 ///
@@ -144,8 +144,8 @@ impl ArmModel {
             j2_minus_j3: Range::new(-70.0, 55.0),
         },
         guaranteed: Limits {
-            // From the user guide, where J3 goes to 95 in an older text. It prints no J2 - J3, so
-            // the soft limit stands in.
+            // From the user guide; an older text lets J3 go to 95. The guide has no range for
+            // J2 - J3, so the soft limit is used.
             j1: Range::new(-90.0, 90.0),
             j2: Range::new(0.0, 85.0),
             j3: Range::new(-10.0, 90.0),

@@ -35,7 +35,7 @@ pub enum Target {
 pub enum MoveKind {
     /// All joints together, with common start and end (`MOVJ`).
     Joint,
-    /// The tool on a straight line, r along with it (`MOVL`).
+    /// The tool moves on a straight line while r turns (`MOVL`).
     Line,
     /// Up, across and down, with a stop at both corners (`JUMP`).
     Jump(JumpHeights, Transfer),
@@ -142,10 +142,10 @@ impl Planner {
     /// Plans a motion from rest.
     ///
     /// Targets in space and the corners of a jump must be within reach and limits, and are checked
-    /// here. A line or a jump with valid ends may still leave them on the way, and a target given
-    /// in joints is not checked at all. Such a plan ends at the limit and says so in its
-    /// [`crossing`](Plan::crossing). A motion shorter than 0.0001 mm and degrees takes no time and
-    /// always succeeds.
+    /// here. A line or a jump with valid ends may still cross a limit or the edge of reach on the
+    /// way, and a target given in joints is not checked at all. Such a plan ends at the limit and
+    /// says so in its [`crossing`](Plan::crossing). A motion shorter than 0.0001 mm and degrees
+    /// takes no time and always succeeds.
     ///
     /// # Errors
     ///
@@ -259,7 +259,7 @@ impl Planner {
         let (mut lower, mut lower_segments) = (corners, segments);
         // If one corner is at its floor already, lowering the other converges slowly. After eight
         // rounds the steps grow.
-        let steps = (0..MOST_LOWERINGS).map(|round| match round {
+        let steps = (0..MAX_LOWERINGS).map(|round| match round {
             0..8 => 1.0,
             _ => f64::from(round - 6),
         });
@@ -317,8 +317,8 @@ impl Planner {
         }
     }
 
-    /// Returns a motion of no time for a destination that is where the arm stands. It ends exactly
-    /// on the destination if that is within the limits.
+    /// Returns a motion of zero duration, for a destination at which the arm already stands. It
+    /// ends exactly on the destination if that is within the limits.
     fn arrival(&self, from: &ArmState, to: &Destination) -> Trajectory {
         let end = self.check(to).unwrap_or(*from);
         Trajectory::at_rest(&self.geometry, &end)
@@ -359,14 +359,14 @@ impl Planner {
         }))
     }
 
-    /// Returns the profiles of a tool that moves `way` mm along its path while r turns by `turn`
-    /// degrees.
+    /// Returns the profiles of a tool that moves `distance` mm along its path while r turns by
+    /// `turn` degrees.
     pub(crate) fn tool_profiles(
         &self,
-        way: f64,
+        distance: f64,
         turn: f64,
     ) -> Result<[VelocityProfile; 2], MotionError> {
-        synchronised(self.law, [way, libm::fabs(turn)], |axis| match axis {
+        synchronised(self.law, [distance, libm::fabs(turn)], |axis| match axis {
             0 => self.speeds.linear(&self.ceilings),
             _ => self.speeds.rotation(&self.ceilings),
         })
@@ -374,8 +374,8 @@ impl Planner {
 
     fn line_segment(&self, from: &ArmState, to: &ArmState) -> Result<MoveSegment, MotionError> {
         from.check_invertible(&self.geometry)?;
-        let way = from.pose.distance_to(&to.pose);
-        let [along, turning] = self.tool_profiles(way, to.pose.r - from.pose.r)?;
+        let distance = from.pose.distance_to(&to.pose);
+        let [along, turning] = self.tool_profiles(distance, to.pose.r - from.pose.r)?;
         Ok(MoveSegment::Line(LineSegment {
             from: *from,
             to: *to,
@@ -387,10 +387,10 @@ impl Planner {
 
 /// Most rounds of lowering the corners of a jump. Usually a few suffice; the bound keeps planning
 /// time finite for extreme settings.
-const MOST_LOWERINGS: u32 = 32;
+const MAX_LOWERINGS: u32 = 32;
 
 /// Clamp for joint targets, degrees. It is beyond any limit and keeps differences of angles finite.
-const FARTHEST_ANGLE: f64 = 1e9;
+const MAX_TARGET_ANGLE: f64 = 1e9;
 
 /// A resolved target: increments are added up.
 enum Destination {
@@ -400,15 +400,15 @@ enum Destination {
 
 impl Destination {
     fn joints(geometry: &Geometry, joints: &JointAngles) -> Self {
-        let near = joints.to_array().map(|angle| {
+        let clamped = joints.to_array().map(|angle| {
             // NaN stays NaN, and infinity must not become a finite angle: both are refused later.
             if angle.is_finite() {
-                angle.clamp(-FARTHEST_ANGLE, FARTHEST_ANGLE)
+                angle.clamp(-MAX_TARGET_ANGLE, MAX_TARGET_ANGLE)
             } else {
                 angle
             }
         });
-        Self::Joints(ArmState::at_joints(geometry, &near.into()))
+        Self::Joints(ArmState::at_joints(geometry, &clamped.into()))
     }
 
     fn pose(&self) -> Pose {

@@ -6,10 +6,10 @@
 //! that period times the period, and the last period ends exactly on the target. The position after
 //! `n` periods is then a sum of speeds, which is quadratic in `n` on a ramp and linear elsewhere.
 //!
-//! So one curve of time, with up to five pieces, passes through all positions that are ever
-//! reported. Searches for limits and fences run on that curve, because it has closed-form roots;
-//! reported positions are its values at the ends of periods. Nothing is accumulated from period to
-//! period.
+//! So one continuous function of time, the position curve, passes through all reported positions.
+//! It has at most seven pieces. Searches for limits and fences run on that curve, because it has
+//! closed-form roots; reported positions are its values at the ends of periods. Nothing is
+//! accumulated from period to period.
 
 mod periods;
 
@@ -237,7 +237,7 @@ impl VelocityProfile {
     /// other profile is returned unchanged.
     ///
     /// The limits of the original need not be known: a profile that cruises does so at its velocity
-    /// limit, and a profile without a cruise has none when stretched either.
+    /// limit, and a profile without a cruise stays without one.
     pub(crate) fn stretched(&self, duration: f64) -> Self {
         if self.entry > 0.0 || self.exit > 0.0 {
             return *self;
@@ -281,11 +281,11 @@ impl VelocityProfile {
         }
         let PeriodBreaks {
             started,
-            ramped: [ramped, bent_in],
+            ramped: [ramped, curve_end_in],
             cruised,
-            last: [last, bent_out],
-        } = self.steps();
-        [started, bent_in, ramped, cruised, bent_out, last].map(|step| step * self.period)
+            last: [last, curve_end_out],
+        } = self.breaks();
+        [started, curve_end_in, ramped, cruised, curve_end_out, last].map(|step| step * self.period)
     }
 
     /// Highest velocity and steepest acceleration of the profile.
@@ -305,7 +305,7 @@ impl VelocityProfile {
             cruised,
             last: [last, _],
             ..
-        } = self.steps();
+        } = self.breaks();
         let ending = (self.length - self.place(last)) / self.period;
         [0.0, ramped, cruised, (cruised + 1.0).min(last)]
             .into_iter()

@@ -12,7 +12,8 @@ use crate::joint_segment::JointSegment;
 use crate::move_segment::MoveSegment;
 use crate::{Geometry, Trajectory};
 
-/// Deviation from its line at which a stretch is decided, mm. Half of the tolerance at a bound.
+/// Largest deviation of the tip from the line of a stretch at which the line alone decides, mm.
+/// Half of the tolerance at a bound.
 const CHORD_TOLERANCE: f64 = 0.005;
 /// Longest stretch for which a crossing is reported, us: the accuracy of its time.
 const CROSSING_RESOLUTION_US: u64 = 500;
@@ -28,7 +29,7 @@ const SAMPLE_SPACING_US: u64 = 4_000;
 /// Factor for a speed between two samples. A choice: 0.2 % at 4 ms spacing.
 const SPEED_MARGIN: f64 = 1.002;
 
-/// Deepest depth allowed on a path that begins at depth `start`, mm.
+/// Greatest depth beyond a bound that is allowed on a path that begins at depth `start`, mm.
 fn limit(start: f64) -> f64 {
     if start > TOLERANCE {
         start + CHORD_TOLERANCE
@@ -37,8 +38,8 @@ fn limit(start: f64) -> f64 {
     }
 }
 
-/// Deepest depth allowed at the end, mm. It is so small that no number of motions leads further
-/// out.
+/// Greatest depth beyond a bound that is allowed at the end, mm. From beyond a bound only a
+/// rounding error is added to `start`, so that repeated motions do not creep outwards.
 pub(super) fn end_limit(start: f64) -> f64 {
     if start > TOLERANCE {
         start + ROUNDING
@@ -57,7 +58,7 @@ struct Stretch {
 }
 
 impl Fence {
-    /// Checks that the tip of a motion neither crosses a bound nor gets further out of one.
+    /// Checks that the tip of a motion neither crosses a bound nor moves further beyond one.
     ///
     /// # Errors
     /// The bound crossed first, and the greatest distance of the tip beyond it.
@@ -68,8 +69,8 @@ impl Fence {
         }
     }
 
-    /// Returns the time of the first crossing, microseconds from the start and never too late, and
-    /// its part.
+    /// Returns the time of the first crossing, in microseconds from the start, and the part of the
+    /// fence that is crossed. The time may be too early, never too late.
     #[must_use]
     pub fn first_crossing(&self, motion: &Trajectory) -> Option<(u64, FencePart)> {
         let found = self.parts().filter_map(|part| {
@@ -90,7 +91,7 @@ impl Fence {
         let on_the_way = motion
             .timed_segments()
             .find_map(|(segment, begin_us, end_us)| {
-                let bend = bend(segment, motion.geometry());
+                let acceleration = deviating_acceleration(segment, motion.geometry());
                 let mut from_us = begin_us;
                 let corners = segment
                     .corners_us()
@@ -104,7 +105,7 @@ impl Fence {
                     };
                     from_us = to_us;
                     (stretch.from_us < to_us)
-                        .then(|| self.search(part, limit, bend, stretch, motion))?
+                        .then(|| self.search(part, limit, acceleration, stretch, motion))?
                 })
             });
         on_the_way.or_else(|| (end > end_limit(start)).then(|| motion.duration_us()))
@@ -115,7 +116,7 @@ impl Fence {
         &self,
         part: FencePart,
         limit: f64,
-        bend: f64,
+        acceleration: f64,
         stretch: Stretch,
         motion: &Trajectory,
     ) -> Option<u64> {
@@ -125,21 +126,21 @@ impl Fence {
             from,
             to,
         } = stretch;
-        let lasting = to_us.saturating_sub(from_us);
-        let seconds = lasting as f64 / 1e6;
-        let off = if bend > 0.0 {
-            bend * seconds * seconds / 8.0
+        let duration_us = to_us.saturating_sub(from_us);
+        let seconds = duration_us as f64 / 1e6;
+        let deviation = if acceleration > 0.0 {
+            acceleration * seconds * seconds / 8.0
         } else {
             0.0
         };
-        if !self.reaches(part, from, to, limit - off) {
+        if !self.reaches(part, from, to, limit - deviation) {
             return None;
         }
-        let is_told = off <= CHORD_TOLERANCE && lasting <= CROSSING_RESOLUTION_US;
-        if is_told || lasting <= MIN_STRETCH_US {
+        let is_decided = deviation <= CHORD_TOLERANCE && duration_us <= CROSSING_RESOLUTION_US;
+        if is_decided || duration_us <= MIN_STRETCH_US {
             return Some(from_us);
         }
-        let middle_us = from_us + lasting / 2;
+        let middle_us = from_us + duration_us / 2;
         let middle = tip(motion, middle_us);
         let first = Stretch {
             to_us: middle_us,
@@ -151,8 +152,8 @@ impl Fence {
             from: middle,
             ..stretch
         };
-        self.search(part, limit, bend, first, motion)
-            .or_else(|| self.search(part, limit, bend, second, motion))
+        self.search(part, limit, acceleration, first, motion)
+            .or_else(|| self.search(part, limit, acceleration, second, motion))
     }
 
     /// True if a point of a straight line may lie deeper than `depth` beyond a part.
@@ -189,11 +190,11 @@ impl Fence {
     /// Returns the breach at the deepest point of a crossing motion, for the message.
     fn deepest(&self, motion: &Trajectory, at_us: u64, part: FencePart) -> Breach {
         // The message needs one decimal, so 64 samples of the rest of the motion suffice.
-        let (duration, most) = (motion.duration_us(), 64);
+        let (duration, samples) = (motion.duration_us(), 64);
         let left = duration.saturating_sub(at_us);
-        let places = (0..=most).map(|nth| tip(motion, at_us + left / most * nth));
-        let places = places.chain([tip(motion, duration)]);
-        let deepest = places.max_by(|a, b| {
+        let points = (0..=samples).map(|nth| tip(motion, at_us + left / samples * nth));
+        let points = points.chain([tip(motion, duration)]);
+        let deepest = points.max_by(|a, b| {
             let [a, b] = [*a, *b].map(|at| self.depth(part, at));
             a.total_cmp(&b)
         });
@@ -226,8 +227,8 @@ fn tip(motion: &Trajectory, at_us: u64) -> [f64; 3] {
     [pose.x, pose.y, pose.z]
 }
 
-/// Lever arms of the tip about J1, J2 and J3, at most, mm.
-fn arms(geometry: &Geometry) -> [f64; 3] {
+/// Upper bounds of the lever arms of the tip about J1, J2 and J3, mm.
+fn lever_arms(geometry: &Geometry) -> [f64; 3] {
     let Geometry {
         rear_arm,
         forearm,
@@ -239,7 +240,7 @@ fn arms(geometry: &Geometry) -> [f64; 3] {
 }
 
 /// Highest speeds (rad/s) and accelerations (rad/s2) of J1 to J3.
-fn rates(segment: &JointSegment) -> [(f64, f64); 3] {
+fn joint_rates(segment: &JointSegment) -> [(f64, f64); 3] {
     let [first, second, third, _] = &segment.axes;
     [first, second, third].map(|axis| {
         let (velocity, acceleration) = axis.profile().curve_extremes();
@@ -250,9 +251,9 @@ fn rates(segment: &JointSegment) -> [(f64, f64); 3] {
     })
 }
 
-/// Highest acceleration of the tip that makes it leave the line or run late, mm/s2; 0 for a
-/// straight path.
-fn bend(segment: &MoveSegment, geometry: &Geometry) -> f64 {
+/// Upper bound of the acceleration by which the tip deviates from uniform motion on the straight
+/// line, mm/s2; 0 for a straight path, which cannot leave its line.
+fn deviating_acceleration(segment: &MoveSegment, geometry: &Geometry) -> f64 {
     match segment {
         MoveSegment::Line(_) | MoveSegment::Path(_) => 0.0,
         MoveSegment::Arc(ArcSegment { arc, along, .. }) => {
@@ -260,8 +261,8 @@ fn bend(segment: &MoveSegment, geometry: &Geometry) -> f64 {
             libm::fabs(acceleration) + velocity * velocity * arc.curvature()
         }
         MoveSegment::Joints(segment) => {
-            let [base, rear, fore] = arms(geometry);
-            let [(w1, a1), (w2, a2), (w3, a3)] = rates(segment);
+            let [base, rear, fore] = lever_arms(geometry);
+            let [(w1, a1), (w2, a2), (w3, a3)] = joint_rates(segment);
             let turning = base * (w1 * w1 + a1);
             let across = 2.0 * w1 * (rear * w2 + fore * w3);
             turning + across + rear * (w2 * w2 + a2) + fore * (w3 * w3 + a3)
@@ -276,8 +277,8 @@ fn highest_speed(segment: &MoveSegment, geometry: &Geometry) -> f64 {
         MoveSegment::Path(segment) => segment.along.highest_speed(),
         MoveSegment::Arc(segment) => segment.along.highest_speed(),
         MoveSegment::Joints(segment) => {
-            let [base, rear, fore] = arms(geometry);
-            let [(w1, _), (w2, _), (w3, _)] = rates(segment);
+            let [base, rear, fore] = lever_arms(geometry);
+            let [(w1, _), (w2, _), (w3, _)] = joint_rates(segment);
             let (across, along) = (base * w1, rear * w2 + fore * w3);
             libm::sqrt(across * across + along * along)
         }
@@ -285,10 +286,10 @@ fn highest_speed(segment: &MoveSegment, geometry: &Geometry) -> f64 {
 }
 
 fn sampled_speed(motion: &Trajectory, from_us: u64, to_us: u64) -> f64 {
-    let lasting = to_us.saturating_sub(from_us);
-    let count = (lasting / SAMPLE_SPACING_US).clamp(MIN_SAMPLES, MAX_SAMPLES);
+    let duration_us = to_us.saturating_sub(from_us);
+    let count = (duration_us / SAMPLE_SPACING_US).clamp(MIN_SAMPLES, MAX_SAMPLES);
     let speeds = (0..=count).map(|nth| {
-        let part = u128::from(lasting) * u128::from(nth) / u128::from(count);
+        let part = u128::from(duration_us) * u128::from(nth) / u128::from(count);
         let velocity = motion.tool_velocity(from_us + part as u64);
         libm::sqrt(velocity.x * velocity.x + velocity.y * velocity.y + velocity.z * velocity.z)
     });

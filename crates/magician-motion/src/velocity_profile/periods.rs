@@ -36,7 +36,7 @@ impl VelocityProfile {
         if period > 0.0 {
             let PeriodBreaks {
                 last: [last, _], ..
-            } = stop.steps();
+            } = stop.breaks();
             stop.length = stop.place(last).max(0.0);
         }
         stop
@@ -48,17 +48,17 @@ impl VelocityProfile {
         let step = deceleration * period;
         let count = ended_periods(entry / deceleration, period);
         let left = (entry - step * count).max(0.0);
-        let lasting = count * period;
+        let duration = count * period;
         let mut turn = Self {
             length: 0.0,
-            duration: lasting,
+            duration,
             entry,
             peak: left,
             exit: left,
-            ramp_in: lasting,
+            ramp_in: duration,
             ramp_out: 0.0,
             period,
-            ends: lasting,
+            ends: duration,
         };
         turn.length = period * count * (entry - 0.5 * step * (count + 1.0));
         turn.length = turn.length.max(0.0);
@@ -88,20 +88,20 @@ impl VelocityProfile {
             period,
             ends: f64::INFINITY,
         };
-        let lasting = whole_periods(run.summed_time_at(length), period) * period;
-        run.duration = lasting;
-        run.ends = lasting;
+        let duration = whole_periods(run.summed_time_at(length), period) * period;
+        run.duration = duration;
+        run.ends = duration;
         run
     }
 
-    pub(super) fn steps(&self) -> PeriodBreaks {
+    pub(super) fn breaks(&self) -> PeriodBreaks {
         let last = whole_periods(self.duration, self.period) - 1.0;
         let cruised = ended_periods(self.ends - self.ramp_out, self.period).min(last);
         let ramped = ended_periods(self.ramp_in, self.period).min(cruised);
         let [gain_in, gain_out] = self.gains();
         // The curve runs half a gain ahead of the speed. Close to standstill it would therefore run
         // backwards, so the last period of such a ramp becomes a straight line.
-        let bent = |is_slow: bool, step: f64, since: f64| {
+        let curve_end = |is_slow: bool, step: f64, since: f64| {
             if is_slow {
                 (step - 1.0).max(since)
             } else {
@@ -112,9 +112,9 @@ impl VelocityProfile {
         let slow_out = self.ramp_out_entry(cruised) - gain_out * (last - cruised + 0.5) < 0.0;
         PeriodBreaks {
             started: if self.entry < 0.0 { 1.0 } else { 0.0 },
-            ramped: [ramped, bent(slow_in, ramped, 0.0)],
+            ramped: [ramped, curve_end(slow_in, ramped, 0.0)],
             cruised,
-            last: [last, bent(slow_out, last, cruised)],
+            last: [last, curve_end(slow_out, last, cruised)],
         }
     }
 
@@ -137,7 +137,7 @@ impl VelocityProfile {
             ramped: [ramped, _],
             cruised,
             ..
-        } = self.steps();
+        } = self.breaks();
         let [gain_in, gain_out] = self.gains();
         if step <= 0.0 {
             self.entry
@@ -156,7 +156,7 @@ impl VelocityProfile {
             ramped: [ramped, _],
             cruised,
             ..
-        } = self.steps();
+        } = self.breaks();
         let [gain_in, gain_out] = self.gains();
         let on_ramp_in = |n: f64| n * (self.entry + 0.5 * gain_in * (n + 1.0));
         let on_ramp_out = |n: f64| n * (self.ramp_out_entry(cruised) - 0.5 * gain_out * (n + 1.0));
@@ -174,23 +174,23 @@ impl VelocityProfile {
     pub(super) fn summed_piece(&self, step: f64) -> Piece {
         let PeriodBreaks {
             started,
-            ramped: [ramped, bent_in],
+            ramped: [ramped, curve_end_in],
             cruised,
-            last: [last, bent_out],
-        } = self.steps();
+            last: [last, curve_end_out],
+        } = self.breaks();
         let period = self.period;
         let [gain_in, gain_out] = self.gains();
-        let straight = |from: f64, to: f64, lasting: f64| Piece {
+        let straight = |from: f64, to: f64, count: f64| Piece {
             from: from * period,
             place: self.place(from),
-            velocity: (to - self.place(from)) / (lasting * period),
+            velocity: (to - self.place(from)) / (count * period),
             acceleration: 0.0,
         };
         if step >= last {
             straight(last, self.length, 1.0)
         } else if step < started {
             straight(0.0, self.place(1.0), 1.0)
-        } else if step < bent_in {
+        } else if step < curve_end_in {
             Piece {
                 from: 0.0,
                 place: 0.0,
@@ -198,10 +198,10 @@ impl VelocityProfile {
                 acceleration: self.slope_in(),
             }
         } else if step < ramped {
-            straight(bent_in, self.place(ramped), 1.0)
+            straight(curve_end_in, self.place(ramped), 1.0)
         } else if step < cruised {
             straight(ramped, self.place(ramped) + self.peak * period, 1.0)
-        } else if step < bent_out {
+        } else if step < curve_end_out {
             Piece {
                 from: cruised * period,
                 place: self.place(cruised),
@@ -209,7 +209,7 @@ impl VelocityProfile {
                 acceleration: -self.slope_out(),
             }
         } else {
-            straight(bent_out, self.place(last), last - bent_out)
+            straight(curve_end_out, self.place(last), last - curve_end_out)
         }
     }
 
@@ -217,12 +217,12 @@ impl VelocityProfile {
     pub(super) fn summed_time_at(&self, distance: f64) -> f64 {
         let PeriodBreaks {
             started,
-            ramped: [ramped, bent_in],
+            ramped: [ramped, curve_end_in],
             cruised,
-            last: [last, bent_out],
-        } = self.steps();
+            last: [last, curve_end_out],
+        } = self.breaks();
         // Ends of the pieces in order. A piece is looked up by the period number in its middle.
-        let ends = [started, bent_in, ramped, cruised, bent_out, last];
+        let ends = [started, curve_end_in, ramped, cruised, curve_end_out, last];
         let mut from = 0.0;
         let mut within = last;
         for to in ends {
@@ -246,7 +246,7 @@ impl VelocityProfile {
     /// raises the peak.
     pub(crate) fn lasting(self, duration: f64, acceleration: f64) -> Self {
         if duration < self.duration {
-            self.hastened_to(duration)
+            self.shortened_to(duration)
         } else {
             self.slowed_to(duration, acceleration)
         }
@@ -254,7 +254,7 @@ impl VelocityProfile {
 
     /// Shortens the profile. All parts shrink by the same factor, and the peak rises to cover the
     /// length.
-    fn hastened_to(self, duration: f64) -> Self {
+    fn shortened_to(self, duration: f64) -> Self {
         let factor = duration / self.duration;
         let (ramp_in, ramp_out) = (factor * self.ramp_in, factor * self.ramp_out);
         let at_peak = duration - 0.5 * (ramp_in + ramp_out);
@@ -285,7 +285,7 @@ impl VelocityProfile {
             // A single ramp with a stretch of constant speed.
             let ramp = (high - low) / acceleration;
             if ramp >= duration {
-                return self.evenly_in(duration);
+                return self.at_constant_speed(duration);
             }
             peak = (length - 0.5 * (high + low) * ramp) / (duration - ramp);
         }
@@ -297,7 +297,7 @@ impl VelocityProfile {
             // NaN if the acceleration is too low for this shape.
             peak = libm::sqrt(fall * fall + rest) - fall;
             if !(0.0..=low).contains(&peak) || peak == 0.0 {
-                return self.evenly_in(duration);
+                return self.at_constant_speed(duration);
             }
         }
         Self {
@@ -311,7 +311,7 @@ impl VelocityProfile {
     }
 
     /// Returns a profile of constant speed over the same length.
-    fn evenly_in(self, duration: f64) -> Self {
+    fn at_constant_speed(self, duration: f64) -> Self {
         Self {
             duration,
             peak: self.length / duration,

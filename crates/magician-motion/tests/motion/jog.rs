@@ -53,7 +53,11 @@ fn value(axis: JogAxis, state: &ArmState) -> f64 {
 }
 
 /// Checks that only the jogged axis moves.
-fn keeps_the_rest(axis: JogAxis, from: &ArmState, now: &ArmState) -> Result<(), TestCaseError> {
+fn check_only_axis_moves(
+    axis: JogAxis,
+    from: &ArmState,
+    now: &ArmState,
+) -> Result<(), TestCaseError> {
     if is_straight(axis) {
         let (before, after) = (from.pose.to_array(), now.pose.to_array());
         for (place, name) in [JogAxis::X, JogAxis::Y, JogAxis::Z, JogAxis::R]
@@ -92,7 +96,7 @@ fn excess(limits: &Limits, state: &ArmState) -> f64 {
 }
 
 #[test]
-fn a_joint_runs_from_home_to_its_limit_in_the_time_of_the_law() {
+fn joint_jog_reaches_its_limit_in_the_computed_time() {
     let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let rates = KinematicLimits {
@@ -132,7 +136,7 @@ fn a_joint_runs_from_home_to_its_limit_in_the_time_of_the_law() {
 }
 
 #[test]
-fn rates_that_are_none_are_refused() {
+fn zero_negative_and_nan_rates_are_refused() {
     let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let refused = |axis, velocity, acceleration, entry| {
@@ -153,11 +157,11 @@ fn rates_that_are_none_are_refused() {
         SpeedQuantity::JointVelocity(2),
         SpeedQuantity::JointAcceleration(2),
     );
-    for bad in [0.0, -1.0, f64::NAN] {
-        assert_eq!(refused(JogAxis::J2, bad, 50.0, 0.0), velocity);
-        assert_eq!(refused(JogAxis::J2, 15.0, bad, 0.0), acceleration);
+    for invalid in [0.0, -1.0, f64::NAN] {
+        assert_eq!(refused(JogAxis::J2, invalid, 50.0, 0.0), velocity);
+        assert_eq!(refused(JogAxis::J2, 15.0, invalid, 0.0), acceleration);
         let linear = SpeedQuantity::LinearVelocity;
-        assert_eq!(refused(JogAxis::Z, bad, 50.0, 0.0), linear);
+        assert_eq!(refused(JogAxis::Z, invalid, 50.0, 0.0), linear);
     }
     assert_eq!(refused(JogAxis::J2, 15.0, 50.0, f64::NAN), velocity);
     assert_eq!(refused(JogAxis::J2, 15.0, 50.0, f64::INFINITY), velocity);
@@ -174,7 +178,7 @@ fn rates_that_are_none_are_refused() {
 }
 
 #[test]
-fn without_limits_a_joint_turns_on_and_the_tool_ends_at_the_reach() {
+fn without_limits_a_joint_never_stops_and_a_line_ends_at_reach() {
     let planner = Planner {
         limits: WITHOUT_LIMITS,
         ..continuous()
@@ -184,17 +188,17 @@ fn without_limits_a_joint_turns_on_and_the_tool_ends_at_the_reach() {
         velocity: 20.0,
         acceleration: 50.0,
     };
-    let on = |axis| {
+    let jog_forwards = |axis| {
         let jog = Jog {
             axis,
             positive: true,
         };
         planner.jog(&home, jog, rates, 0.0).expect("planned")
     };
-    let base = on(JogAxis::J1);
+    let base = jog_forwards(JogAxis::J1);
     assert_eq!(base.crossing, None);
     assert!(base.trajectory.duration_us() > 10_000_000_000_000);
-    let out = on(JogAxis::X);
+    let out = jog_forwards(JogAxis::X);
     assert!(matches!(
         out.crossing.expect("the end of reach").cause,
         MotionError::Unreachable(_)
@@ -204,7 +208,7 @@ fn without_limits_a_joint_turns_on_and_the_tool_ends_at_the_reach() {
 }
 
 #[test]
-fn at_and_beyond_a_limit_only_inwards() {
+fn jog_at_or_beyond_a_limit_moves_only_inwards() {
     let planner = continuous();
     let rates = KinematicLimits {
         velocity: 20.0,
@@ -212,22 +216,22 @@ fn at_and_beyond_a_limit_only_inwards() {
     };
     for j1 in [135.0, 135.0 + 0.5 * LIMIT_TOLERANCE, 140.0] {
         let from = state(&planner, [j1, 45.0, 45.0, 0.0]);
-        let go = |positive| {
+        let jog_j1 = |positive| {
             let axis = JogAxis::J1;
             planner
                 .jog(&from, Jog { axis, positive }, rates, 0.0)
                 .expect("planned")
         };
-        let out = go(true);
+        let out = jog_j1(true);
         assert_eq!(out.crossing.map(|crossing| crossing.at_us), Some(0));
         assert_eq!(
             (out.trajectory.duration_us(), *out.trajectory.end()),
             (0, from)
         );
-        let back = go(false);
+        let back = jog_j1(false);
         assert_eq!(back.trajectory.end().joints.j1, -135.0);
     }
-    // Beyond reach for the tool as well: downwards leads back in.
+    // A straight jog forwards with the rear arm leaning back, at J2 = -8 degrees, is possible.
     let high = state(&planner, [0.0, -8.0, 0.0, 0.0]);
     let lower = Jog {
         axis: JogAxis::X,
@@ -238,7 +242,7 @@ fn at_and_beyond_a_limit_only_inwards() {
 }
 
 #[test]
-fn a_motion_that_is_no_jog_stops_by_its_joints() {
+fn stop_of_another_motion_brakes_each_joint() {
     let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let request = line(magician_motion::Target::PoseIncrement(Pose::new(
@@ -250,8 +254,11 @@ fn a_motion_that_is_no_jog_stops_by_its_joints() {
     assert_eq!(stop.sample(0), motion.sample(at_us));
     assert!(stop.duration_us() > 0);
     for deceleration in [0.0, -1.0, f64::NAN] {
-        let dead = planner.jog_stop(&motion, at_us, deceleration).trajectory;
-        assert_eq!((dead.duration_us(), *dead.end()), (0, motion.sample(at_us)));
+        let immediate = planner.jog_stop(&motion, at_us, deceleration).trajectory;
+        assert_eq!(
+            (immediate.duration_us(), *immediate.end()),
+            (0, motion.sample(at_us))
+        );
     }
 }
 
@@ -290,7 +297,7 @@ proptest! {
             let t = motion.duration_us() * step / 200;
             let now = motion.sample(t);
             prop_assert!(excess(&planner.limits, &now) <= 1e-7, "{now:?}");
-            keeps_the_rest(jog.axis, &from, &now)?;
+            check_only_axis_moves(jog.axis, &from, &now)?;
             let place = sign(jog) * value(jog.axis, &now);
             prop_assert!(place >= before - 1e-9);
             before = place;
@@ -308,7 +315,7 @@ proptest! {
     }
 
     #[test]
-    fn a_stop_takes_its_way_along_the_same_path(
+    fn stop_brakes_along_the_path_of_the_jog(
         from in reachable(), tool in bias(), jog in jogs(), rates in rates(), share in 0.0..1.0f64, deceleration in 5.0..300.0f64,
     ) {
         let planner = Planner { geometry: Geometry::magician(tool), ..continuous() };
@@ -322,16 +329,16 @@ proptest! {
         prop_assert_eq!(*stop.start(), start);
         if plan.crossing.is_none() {
             prop_assert!((stop.duration_us() as f64 / 1e6 - velocity.abs() / deceleration).abs() <= 1e-6);
-            let way = sign(jog) * (value(jog.axis, stop.end()) - value(jog.axis, &start));
+            let travel = sign(jog) * (value(jog.axis, stop.end()) - value(jog.axis, &start));
             let expected = velocity * velocity / (2.0 * deceleration);
-            prop_assert!((way - expected).abs() < 1e-9, "{way} {expected}");
+            prop_assert!((travel - expected).abs() < 1e-9, "{travel} {expected}");
         } else {
             prop_assert!(excess(&planner.limits, stop.end()) > -1e-5);
         }
         for step in 0..=100u64 {
             let t = stop.duration_us() * step / 100;
             let now = stop.sample(t);
-            keeps_the_rest(jog.axis, &start, &now)?;
+            check_only_axis_moves(jog.axis, &start, &now)?;
             prop_assert!(excess(&planner.limits, &now) <= 1e-7);
             if t < stop.duration_us() {
                 let expected = velocity - sign(jog) * deceleration * t as f64 / 1e6;
@@ -369,15 +376,15 @@ proptest! {
         for t in times {
             let step = (t - before) as f64 / 1e6;
             let now = second.sample(t);
-            keeps_the_rest(jog.axis, &start, &now)?;
+            check_only_axis_moves(jog.axis, &start, &now)?;
             prop_assert!(excess(&planner.limits, &now) <= 1e-7);
             let faster = second.velocity_along(jog.axis, t);
             prop_assert!((faster - velocity).abs() <= back.acceleration * (step + 2e-6) + 1e-7);
-            let gone = value(jog.axis, &now) - place;
+            let travelled = value(jog.axis, &now) - place;
             let fastest = entry.abs().max(back.velocity);
-            prop_assert!(gone.abs() <= fastest * step + 1e-6);
+            prop_assert!(travelled.abs() <= fastest * step + 1e-6);
             // Trapezoidal rule for a constant acceleration, or one with a single change.
-            let error = (gone - 0.5 * (velocity + faster) * step).abs();
+            let error = (travelled - 0.5 * (velocity + faster) * step).abs();
             prop_assert!(error <= 0.25 * back.acceleration * (step + 1e-6) * (step + 1e-6) + 1e-6, "{error}");
             (velocity, place, before) = (faster, value(jog.axis, &now), t);
         }

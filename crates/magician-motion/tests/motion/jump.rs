@@ -230,7 +230,7 @@ proptest! {
 /// One end is just below the ceiling and the base blocks the line between the corners: only the
 /// other corner can be lowered, and must be lowered far enough for both.
 #[test]
-fn one_corner_gives_way_for_both() {
+fn corner_is_lowered_for_both_if_other_cannot_be() {
     let planner = suction();
     let jumps = [
         (
@@ -298,7 +298,7 @@ fn stays_below(
 }
 
 #[test]
-fn corners_give_way_only_where_the_ceiling_would_be_broken() {
+fn corners_are_lowered_only_if_the_ceiling_would_be_exceeded() {
     let planner = suction();
     let from = at(&planner, 210.0, 0.0, 70.0, 0.0);
     let target = Target::Pose(Pose::new(300.0, 60.0, 60.0, 0.0));

@@ -1,4 +1,5 @@
-//! The 20 ms law: recordings of real arms, and its closed forms.
+//! The law of motion in periods of 20 ms, compared with recordings of real arms and with speeds
+//! that are summed period by period.
 
 use super::support::*;
 use magician_motion::{
@@ -11,7 +12,7 @@ const PERIOD_US: u64 = 20_000;
 const PERIOD: f64 = 0.02;
 
 /// Positions of a controller that adds up period by period: speed first, then position.
-fn added_up(speeds: impl IntoIterator<Item = f64>) -> Vec<f64> {
+fn summed_positions(speeds: impl IntoIterator<Item = f64>) -> Vec<f64> {
     let mut place = 0.0;
     let places = speeds.into_iter().map(|speed| {
         place += speed * PERIOD;
@@ -21,7 +22,7 @@ fn added_up(speeds: impl IntoIterator<Item = f64>) -> Vec<f64> {
 }
 
 /// Speeds of a jog that ramps to a target, period by period.
-fn jogged(mut speed: f64, target: f64, acceleration: f64) -> impl Iterator<Item = f64> {
+fn jog_speeds(mut speed: f64, target: f64, acceleration: f64) -> impl Iterator<Item = f64> {
     std::iter::repeat_with(move || {
         let most = acceleration * PERIOD;
         speed += (target - speed).clamp(-most, most);
@@ -43,7 +44,7 @@ fn limits() -> impl Strategy<Value = KinematicLimits> {
 /// A MOVJ in the log of a ROS 2 driver: 0.07200 and 0.43201 degrees after 3 and 8 periods at 30
 /// deg/s2.
 #[test]
-fn a_joint_move_of_a_real_arm() {
+fn joint_move_matches_recording_of_a_real_arm() {
     let limits = KinematicLimits {
         velocity: 60.0,
         acceleration: 30.0,
@@ -59,12 +60,12 @@ proptest! {
     /// The vendor's controller uses the speed of the trapezoid at the end of each period; the last
     /// period goes to the target.
     #[test]
-    fn from_rest_to_rest_adds_up_the_speeds_of_the_trapezoid(length in 0.001..500.0f64, limits in limits()) {
+    fn rest_to_rest_profile_sums_the_trapezoid_speeds(length in 0.001..500.0f64, limits in limits()) {
         let trapezoid = VelocityProfile::trapezoid(length, &limits);
         let profile = MotionLaw::MAGICIAN.rest_to_rest(length, &limits);
         let count = (trapezoid.duration() / PERIOD - 1e-7).ceil() as usize;
         prop_assert!((profile.duration() - count as f64 * PERIOD).abs() < 1e-9);
-        let places = added_up((1..count).map(|step| trapezoid.velocity(step as f64 * PERIOD)));
+        let places = summed_positions((1..count).map(|step| trapezoid.velocity(step as f64 * PERIOD)));
         for (step, place) in places.iter().enumerate() {
             prop_assert!((at(&profile, step) - place).abs() < 1e-9 * (1.0 + length), "{step}: {} {place}", at(&profile, step));
         }
@@ -79,9 +80,9 @@ proptest! {
     }
 
     #[test]
-    fn a_stop_ends_when_the_speeds_do(speed in 0.0..400.0f64, acceleration in 1.0..400.0f64) {
+    fn stop_profile_sums_speeds_until_zero(speed in 0.0..400.0f64, acceleration in 1.0..400.0f64) {
         let profile = MotionLaw::MAGICIAN.stop(speed, acceleration);
-        let places = added_up(jogged(speed, 0.0, acceleration).take_while(|speed| *speed > 0.0));
+        let places = summed_positions(jog_speeds(speed, 0.0, acceleration).take_while(|speed| *speed > 0.0));
         for (step, place) in places.iter().enumerate() {
             prop_assert!((at(&profile, step) - place).abs() < 1e-9 * (1.0 + place));
         }
@@ -92,7 +93,7 @@ proptest! {
 
     /// From any initial speed, of either sign.
     #[test]
-    fn a_jog_goes_for_its_speed_by_the_acceleration(
+    fn jog_ramps_to_its_speed_at_the_acceleration(
         entry in -300.0..300.0f64, velocity in 1.0..300.0f64, acceleration in 5.0..400.0f64, backwards in any::<bool>(),
     ) {
         let planner = Planner { limits: WITHOUT_LIMITS, ..ArmModel::MAGICIAN.planner(ToolBias::NONE, full_speed()) };
@@ -101,8 +102,8 @@ proptest! {
         let plan = planner.jog(&from, jog, KinematicLimits { velocity, acceleration: acceleration.min(300.0) }, entry);
         let motion = plan.expect("planned").trajectory;
         let target = if backwards { -velocity } else { velocity };
-        let speeds: Vec<f64> = jogged(entry, target, acceleration.min(300.0)).take(200).collect();
-        for (step, place) in added_up(speeds.iter().copied()).iter().enumerate() {
+        let speeds: Vec<f64> = jog_speeds(entry, target, acceleration.min(300.0)).take(200).collect();
+        for (step, place) in summed_positions(speeds.iter().copied()).iter().enumerate() {
             let at_us = step as u64 * PERIOD_US;
             let turned = motion.sample(at_us).joints.j1 - from.joints.j1;
             prop_assert!((turned - place).abs() < 1e-9 * (1.0 + place.abs()), "{step}: {turned} {place}");
@@ -134,8 +135,8 @@ proptest! {
         prop_assert_eq!(braked.duration_us() % PERIOD_US, 0);
     }
 
-    /// A segment takes the nearest whole number of periods, keeps its limits as far as that allows,
-    /// and ends exactly.
+    /// A segment takes the nearest whole number of periods, exceeds its limits only as far as that
+    /// requires, and ends exactly at its length and exit speed.
     #[test]
     fn a_segment_takes_the_nearest_whole_number_of_periods(
         length in 0.01..50.0f64, entry in 0.0..100.0f64, exit in 0.0..100.0f64, limits in limits(),
@@ -150,15 +151,16 @@ proptest! {
         prop_assert!(off.abs() <= half || count.round() == 1.0 && off > 0.0, "{off}");
         prop_assert_eq!((profile.position(0.0), profile.position(profile.duration())), (0.0, length));
         prop_assert_eq!(profile.exit(), exact.exit());
-        // In a share of the time a cruise is faster by that share, and makes up for the ramps.
+        // Shortened to `share` of the time, a cruise is faster by the factor 1 / `share`, and even
+        // faster because it also makes up for the ramps.
         let share = (profile.duration() / exact.duration()).min(1.0);
         let highest = limits.velocity.max(entry).max(exact.exit()) * (1.0 + 1e-9);
         let highest = highest * (2.0 - share) / share;
         for nth in 0..100 {
             let t = profile.duration() * f64::from(nth) / 100.0;
             prop_assert!(profile.velocity(t) <= highest, "{} of {highest}", profile.velocity(t));
-            let gone = profile.position(t + 1e-4) - profile.position(t);
-            prop_assert!(gone >= 0.0 && gone <= 1e-4 * highest + 1e-12, "{gone}");
+            let travelled = profile.position(t + 1e-4) - profile.position(t);
+            prop_assert!(travelled >= 0.0 && travelled <= 1e-4 * highest + 1e-12, "{travelled}");
         }
     }
 }
@@ -182,14 +184,14 @@ fn segments_at_one_speed_take_the_nearest_number_of_periods() {
         (0.1, 30.0, 1),
     ] {
         let profile = MotionLaw::MAGICIAN.segment(length, velocity, velocity, &limits(velocity));
-        let lasting = f64::from(periods) * PERIOD;
+        let duration = f64::from(periods) * PERIOD;
         assert!(
-            (profile.duration() - lasting).abs() < 1e-9,
+            (profile.duration() - duration).abs() < 1e-9,
             "{length} mm at {velocity} mm/s: {} s",
             profile.duration()
         );
         // Constant speed.
-        let middle = profile.position(0.5 * lasting);
+        let middle = profile.position(0.5 * duration);
         assert!((middle - 0.5 * length).abs() < 1e-9, "{length}: {middle}");
     }
 }
@@ -210,10 +212,14 @@ fn a_line_of_a_real_arm_takes_one_period_more_at_most() {
     let motion = planner.plan(&from, &request).unwrap().trajectory;
     // 2 s in continuous time, which is a whole number of periods.
     assert_eq!(motion.duration_us(), 2_000_000);
-    // 0.04 mm per period and period: 100 mm/s2.
-    let gone = |step| pose_of(&motion, step).y - from.pose.y;
+    // Each period covers 0.04 mm more than the one before: 100 mm/s2.
+    let travelled = |step| pose_of(&motion, step).y - from.pose.y;
     for (step, mm) in [(1, 0.04), (2, 0.12), (5, 0.6), (10, 2.2)] {
-        assert!((gone(step) - mm).abs() < 1e-9, "{step}: {}", gone(step));
+        assert!(
+            (travelled(step) - mm).abs() < 1e-9,
+            "{step}: {}",
+            travelled(step)
+        );
     }
     assert_eq!(motion.end().pose.y, from.pose.y + 100.0);
     let _: Geometry = planner.geometry;

@@ -5,7 +5,7 @@ use magician_motion::{
 };
 
 #[test]
-fn corners_count_by_the_closed_form() {
+fn corner_speed_matches_closed_form() {
     let look_ahead = LookAhead::new(
         &ArmModel::MAGICIAN.cp_speeds(),
         &ArmModel::MAGICIAN.ceilings,
@@ -41,9 +41,9 @@ fn corners_count_by_the_closed_form() {
     assert_eq!(look_ahead.exit_speed(&along, [&speck, &on]), 100.0);
     assert_eq!(look_ahead.exit_speed(&along, [&speck]), 0.0);
     let nowhere = CpSegment::between([1.0; 3], [1.0; 3]);
-    let mut room = [0.0; 4];
+    let mut scratch = [0.0; 4];
     let path = [along, speck, nowhere, on];
-    let times: Vec<u64> = look_ahead.times(&path, &mut room).collect();
+    let times: Vec<u64> = look_ahead.times(&path, &mut scratch).collect();
     assert_eq!(times, [1_000_000, 0, 0, 1_000_000]);
 }
 
@@ -68,8 +68,8 @@ fn in_real_time_a_segment_takes_a_period() {
     assert_eq!(look_ahead.rates(&path[0]).velocity, 20.0);
     // The speed of the path limits long segments.
     assert_eq!(look_ahead.rates(&piece(0.0, 100.0)).velocity, 300.0);
-    let mut room = vec![0.0; 40];
-    let times: Vec<u64> = look_ahead.times(&path, &mut room).collect();
+    let mut scratch = vec![0.0; 40];
+    let times: Vec<u64> = look_ahead.times(&path, &mut scratch).collect();
     assert!(times[5..35].iter().all(|us| *us == 50_000), "{times:?}");
     // No limit at corners.
     let aside = CpSegment::between([1.0, 0.0, 0.0], [1.0, 1.0, 0.0]);
@@ -89,7 +89,7 @@ fn in_real_time_a_segment_takes_a_period() {
 }
 
 #[test]
-fn settings_that_are_none_are_refused() {
+fn zero_negative_and_nan_settings_are_refused() {
     let refused = |settings| match LookAhead::new(
         &settings,
         &ArmModel::MAGICIAN.ceilings,

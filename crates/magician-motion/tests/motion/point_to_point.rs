@@ -16,7 +16,7 @@ fn seconds(planner: &Planner, from: [f64; 4], request: magician_motion::Move) ->
 }
 
 #[test]
-fn the_times_of_the_model_are_met() {
+fn durations_match_the_model() {
     let half = continuous();
     let full = Planner {
         speeds: full_speed(),
@@ -57,7 +57,7 @@ fn the_times_of_the_model_are_met() {
 }
 
 #[test]
-fn the_ceilings_hold_whatever_is_set() {
+fn settings_above_the_ceilings_count_as_the_ceilings() {
     let planner = Planner {
         speeds: Speeds {
             joint_velocity: [1e6; 4],
@@ -89,16 +89,16 @@ fn the_ceilings_hold_whatever_is_set() {
 }
 
 #[test]
-fn a_speed_that_is_none_is_refused_if_the_motion_needs_it() {
+fn invalid_speed_is_refused_only_if_the_motion_needs_it() {
     let home = state(&continuous(), [0.0, 45.0, 45.0, 0.0]);
     let turn_base = joint_move(Target::JointIncrement(JointAngles::new(
         10.0, 0.0, 0.0, 0.0,
     )));
     let up = line(Target::PoseIncrement(Pose::new(0.0, 0.0, 10.0, 0.0)));
-    for bad in [0.0, -5.0, f64::NAN, f64::NEG_INFINITY] {
+    for invalid in [0.0, -5.0, f64::NAN, f64::NEG_INFINITY] {
         let mut speeds = ArmModel::MAGICIAN.power_up.speeds();
-        speeds.joint_velocity[0] = bad;
-        speeds.rotation_acceleration = bad;
+        speeds.joint_velocity[0] = invalid;
+        speeds.rotation_acceleration = invalid;
         let planner = Planner {
             speeds,
             ..continuous()
@@ -113,7 +113,7 @@ fn a_speed_that_is_none_is_refused_if_the_motion_needs_it() {
         ));
         // The line needs neither r nor joint 1, whose settings are invalid.
         assert!(planner.plan(&home, &up).is_ok());
-        speeds.velocity_ratio = bad;
+        speeds.velocity_ratio = invalid;
         let planner = Planner {
             speeds,
             ..continuous()
@@ -138,7 +138,7 @@ fn a_speed_that_is_none_is_refused_if_the_motion_needs_it() {
 }
 
 #[test]
-fn targets_are_refused_for_what_is_wrong_with_them() {
+fn invalid_target_error_names_the_cause() {
     let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let refused = |request| planner.plan(&home, &request).expect_err("refused");
@@ -156,10 +156,10 @@ fn targets_are_refused_for_what_is_wrong_with_them() {
                 ..
             }
         ));
-        for bad in [f64::NAN, f64::INFINITY] {
+        for invalid in [f64::NAN, f64::INFINITY] {
             for axis in 0..4 {
                 let mut numbers = [0.0; 4];
-                numbers[axis] = bad;
+                numbers[axis] = invalid;
                 for target in [
                     Target::Pose(numbers.into()),
                     Target::Joints(numbers.into()),
@@ -185,7 +185,7 @@ fn targets_are_refused_for_what_is_wrong_with_them() {
 }
 
 #[test]
-fn a_motion_shorter_than_counts_takes_no_time_and_arrives() {
+fn motion_below_the_minimum_takes_no_time_and_arrives() {
     let planner = continuous();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let target = Pose {
@@ -206,7 +206,7 @@ fn a_motion_shorter_than_counts_takes_no_time_and_arrives() {
 
 /// Any target with any kind of motion except jumps.
 fn request() -> impl Strategy<Value = magician_motion::Move> {
-    (reachable(), 0..3, bias()).prop_map(|(joints, which, _)| match which {
+    (reachable(), 0..3, bias()).prop_map(|(joints, target_kind, _)| match target_kind {
         0 => joint_move(Target::Joints(joints)),
         1 => joint_move(Target::Pose(
             Geometry::magician(ToolBias::SUCTION).forward(&joints),
@@ -248,10 +248,10 @@ proptest! {
         }
         let motion = plan.trajectory;
         prop_assert_eq!(motion.sample(0), from);
-        for late in [0, 1, 1_000_000, u64::MAX - motion.duration_us()] {
-            let end = motion.sample(motion.duration_us() + late);
+        for delay_us in [0, 1, 1_000_000, u64::MAX - motion.duration_us()] {
+            let end = motion.sample(motion.duration_us() + delay_us);
             prop_assert_eq!(end, *motion.end());
-            prop_assert_eq!(motion.joint_velocities(motion.duration_us() + late), [0.0; 4]);
+            prop_assert_eq!(motion.joint_velocities(motion.duration_us() + delay_us), [0.0; 4]);
             match request.target {
                 Target::Pose(pose) => {
                     prop_assert_eq!(end.pose, pose);
@@ -277,8 +277,8 @@ proptest! {
             .collect();
         let ratio = |percent: f64| percent.min(100.0) / 100.0;
         let (rv, ra) = (ratio(speeds.velocity_ratio), ratio(speeds.acceleration_ratio));
-        // Differences of doubles over 0.1 ms: a millionth, plus the rounding of the difference
-        // itself.
+        // Tolerance of differences over 0.1 ms: a millionth, plus the rounding error of the
+        // difference.
         let check = |samples: Vec<f64>, v: f64, a: f64| {
             let (fastest, hardest) = extremes(&samples);
             prop_assert!(fastest <= v * rv * (1.0 + 1e-6) + 1e-8, "{fastest} {}", v * rv);
@@ -326,12 +326,12 @@ proptest! {
         let step = (motion.duration_us() / 5_000).max(1_000);
         for t in (0..motion.duration_us()).step_by(step as usize) {
             let sample = motion.sample(t);
-            // The position that the joints give the tool counts.
+            // The straightness is that of the tool's position computed from the joints.
             let there = planner.geometry.forward(&sample.joints);
             prop_assert!(there.distance_to(&sample.pose) < 1e-6);
-            let way = [there.x - a.x, there.y - a.y, there.z - a.z];
-            let done: f64 = way.iter().zip(along).map(|(w, u)| w * u).sum();
-            let off: f64 = way.iter().zip(along).map(|(w, u)| (w - done * u).powi(2)).sum();
+            let offset = [there.x - a.x, there.y - a.y, there.z - a.z];
+            let done: f64 = offset.iter().zip(along).map(|(w, u)| w * u).sum();
+            let off: f64 = offset.iter().zip(along).map(|(w, u)| (w - done * u).powi(2)).sum();
             prop_assert!(off.sqrt() < 0.01);
             prop_assert!((there.r - sample.pose.r).abs() < 1e-9);
         }
@@ -355,7 +355,7 @@ proptest! {
     }
 
     #[test]
-    fn progress_and_time_undo_each_other(from in reachable(), request in request(), speeds in speeds(), share in 0.001..0.999f64) {
+    fn time_at_progress_is_the_inverse_of_progress(from in reachable(), request in request(), speeds in speeds(), share in 0.001..0.999f64) {
         let planner = with_suction(speeds);
         let from = ArmState::at_joints(&planner.geometry, &from);
         let plan = planner.plan(&from, &request).expect("planned");
@@ -389,7 +389,7 @@ proptest! {
 
     #[test]
     fn no_request_panics(start in any_four(), to in any_four(), v in any_four(), a in any_four(),
-                         rest in any_four(), which in 0..4, how in 0..4, t in any::<u64>(), tame in any::<bool>()) {
+                         rest in any_four(), target_kind in 0..4, move_kind in 0..4, t in any::<u64>(), tame in any::<bool>()) {
         let speeds = Speeds {
             joint_velocity: v,
             joint_acceleration: a,
@@ -405,14 +405,14 @@ proptest! {
             speeds: if tame { full_speed() } else { speeds },
             ..continuous()
         };
-        let target = match which {
+        let target = match target_kind {
             0 => Target::Pose(to.into()),
             1 => Target::Joints(to.into()),
             2 => Target::PoseIncrement(to.into()),
             _ => Target::JointIncrement(to.into()),
         };
         let heights = magician_motion::JumpHeights { start: rest[0], end: rest[3], z_limit: rest[1] };
-        let kind = match how {
+        let kind = match move_kind {
             0 => MoveKind::Joint,
             1 => MoveKind::Line,
             2 => MoveKind::Jump(heights, magician_motion::Transfer::Joint),

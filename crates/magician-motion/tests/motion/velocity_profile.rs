@@ -12,7 +12,7 @@ fn limits() -> impl Strategy<Value = KinematicLimits> {
 }
 
 #[test]
-fn the_closed_forms() {
+fn profile_matches_closed_forms() {
     let limits = KinematicLimits {
         velocity: 100.0,
         acceleration: 200.0,
