@@ -105,7 +105,7 @@ mod tests {
 
     /// Follows the table of errata E28.
     #[test]
-    fn each_mode_has_its_target_and_way() {
+    fn each_mode_maps_to_its_target_and_kind() {
         let numbers = NUMBERS.map(f64::from);
         let (pose, joints) = (Target::Pose(numbers.into()), Target::Joints(numbers.into()));
         let by = Target::PoseIncrement(numbers.into());

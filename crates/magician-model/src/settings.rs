@@ -431,9 +431,9 @@ mod tests {
             acceleration: 60.0,
         };
         assert_eq!(rates, Some(expected));
-        for none in [0.0, -1.0, f32::NAN] {
-            assert_eq!(at(none, 50.0).rail(), None);
-            assert_eq!(after(&[jog_ratio(none)]).rail_jog(), None);
+        for invalid in [0.0, -1.0, f32::NAN] {
+            assert_eq!(at(invalid, 50.0).rail(), None);
+            assert_eq!(after(&[jog_ratio(invalid)]).rail_jog(), None);
         }
         // The acceleration of a jog has no ratio.
         let jog = after(&[jog_ratio(50.0)]).rail_jog();
