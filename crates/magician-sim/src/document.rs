@@ -29,17 +29,17 @@ pub enum DocumentError {
 /// A caller with an endless source may stop reading one byte after [`MOST_BYTES`].
 ///
 /// # Errors
-/// [`DocumentError`]; its message is written to follow the file's name.
+/// [`DocumentError`]; its message is meant to be shown after the name of the file.
 pub fn text(bytes: Vec<u8>) -> Result<String, DocumentError> {
     if bytes.len() > MOST_BYTES {
         return Err(DocumentError::TooLarge);
     }
     // The error of this conversion gives the position of the first bad byte.
     String::from_utf8(bytes).map_err(|error| {
-        let good = error.utf8_error().valid_up_to();
+        let valid_up_to = error.utf8_error().valid_up_to();
         let bytes = error.into_bytes();
-        let before = String::from_utf8_lossy(bytes.get(..good).unwrap_or_default());
-        let (line, column) = place(&before, good);
+        let before = String::from_utf8_lossy(bytes.get(..valid_up_to).unwrap_or_default());
+        let (line, column) = place(&before, valid_up_to);
         DocumentError::NotUtf8 { line, column }
     })
 }
@@ -70,16 +70,16 @@ pub(crate) fn locate(text: &str, error: &toml::de::Error) -> (usize, usize, Stri
 fn key(text: &str, offset: usize) -> Option<&str> {
     let line = text.get(..offset)?.rsplit('\n').next()?;
     let (before, between) = line.rsplit_once('=')?;
-    let named = |char: char| char.is_ascii_alphanumeric() || char == '_';
-    let key = before.trim_end().rsplit(|char| !named(char)).next()?;
+    let is_key_char = |char: char| char.is_ascii_alphanumeric() || char == '_';
+    let key = before.trim_end().rsplit(|char| !is_key_char(char)).next()?;
     // Only the first value after `=`: a later one in a list or table has another key, or none.
-    let begins = between.trim_start_matches([' ', '\t', '[', '{']).is_empty();
-    (begins && !key.is_empty()).then_some(key)
+    let is_first_value = between.trim_start_matches([' ', '\t', '[', '{']).is_empty();
+    (is_first_value && !key.is_empty()).then_some(key)
 }
 
 /// Translates the parser's message: it names Rust types, and may have a second line.
 fn in_words(message: &str) -> String {
-    const WORDS: [(&str, &str); 8] = [
+    const REPLACEMENTS: [(&str, &str); 8] = [
         ("type: map", "type: table"),
         ("expected a sequence", "expected a list, [..]"),
         ("expected an array", "expected a list"),
@@ -89,12 +89,12 @@ fn in_words(message: &str) -> String {
         ("expected a boolean", "expected true or false"),
         ("expected struct ", "expected a table, as for "),
     ];
-    const WHOLE: [&str; 4] = ["i64", "u64", "u32", "usize"];
+    const INTEGER_TYPES: [&str; 4] = ["i64", "u64", "u32", "usize"];
     let message = message.trim().replace('\n', "; ");
-    let message = WORDS
+    let message = REPLACEMENTS
         .iter()
         .fold(message, |message, (from, to)| message.replace(from, to));
-    WHOLE.iter().fold(message, |message, word| {
+    INTEGER_TYPES.iter().fold(message, |message, word| {
         message.replace(&format!("expected {word}"), "expected a whole number")
     })
 }

@@ -1,8 +1,8 @@
 //! Timing: bytes on a serial line, and the arm's clock against the wall clock.
 //!
 //! A line is modelled by its baud rate alone; [`Wire`] computes when each byte has passed, without
-//! rounding drift. The arm's clock is a straight line of the wall clock ([`ArmClock`]), scaled by a
-//! [`Speed`]. At full speed ([`Speed::Max`]) it is not: then the clock jumps from event to event
+//! rounding drift. The arm's clock is a linear function of the wall clock ([`ArmClock`]), scaled by
+//! a [`Speed`]. Full speed ([`Speed::Max`]) is the exception: the clock jumps from event to event
 //! while the arm is busy, and runs at wall speed while it is idle, so that scripts and belts wait
 //! for the host.
 
@@ -17,15 +17,15 @@ use crate::{ArmInstant, Controller, HostInstant, Micros, Observer};
 /// Bits on the line for one byte at 8N1: start, eight data bits, stop (document 1.1).
 const BITS_PER_BYTE: u64 = 10;
 const MICROS_PER_SECOND: u64 = 1_000_000;
-/// Most events, or observed instants, of one jump. A choice: it bounds how long the caller has to
-/// wait while keeping its overhead negligible.
+/// Largest number of events, or of observed instants, in one call. A choice: the caller does not
+/// wait long, and the overhead of a call is negligible.
 const JUMP_EVENTS: u32 = 100_000;
 /// Shortest wall time between two wake-ups for the observer alone. A choice: 100 wake-ups a second
 /// are smooth enough for a display and cheap.
 const SAMPLE_WAKEUP_INTERVAL: Duration = Duration::from_millis(10);
-/// Span from which on an event has no end to jump to: 100 days, twice the longest WAIT (2^32 ms).
-/// At speeds close to zero a motion outlasts any clock; jumping to its end would leave the clock at
-/// its maximum.
+/// Longest time to the next event that the clock jumps over at full speed: 100 days, twice the
+/// longest WAIT (2^32 ms). At speeds close to zero a motion outlasts any clock; jumping to its end
+/// would leave the clock at its maximum.
 const MAX_JUMP: Duration = Duration::from_secs(100 * 24 * 3600);
 
 /// Speed of the arm's clock relative to the wall clock.
@@ -38,8 +38,8 @@ pub enum Speed {
     ///
     /// After every request the arm's clock jumps from event to event until the arm is no longer
     /// [busy](Controller::busy), so a queued command has finished before the next request is read.
-    /// While the arm is idle its clock runs at wall speed. So do a jog, a belt, a script, and a
-    /// motion of more than 100 days: these wait for the host.
+    /// While the arm is idle its clock runs at wall speed. A jog, a belt, a script and a motion of
+    /// more than 100 days also run at wall speed, because they wait for the host.
     Max,
     /// Arm seconds per wall second. Zero stops the arm's clock; NaN and negative values count as
     /// zero.
@@ -100,13 +100,13 @@ pub struct LineTiming {
     pub turnaround: Duration,
 }
 
-/// Direction of a line: the times at which bytes have passed, without rounding drift.
+/// One direction of a line. Computes when its bytes have passed, without rounding drift.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wire {
     baud: Option<NonZeroU32>,
-    /// The line is busy until `busy` plus `part` / baud microseconds.
+    /// The line is busy until `busy` plus `remainder` / baud microseconds.
     busy: HostInstant,
-    part: u64,
+    remainder: u64,
 }
 
 impl Wire {
@@ -114,7 +114,7 @@ impl Wire {
         Self {
             baud: line.baud.and_then(NonZeroU32::new),
             busy: HostInstant::ZERO,
-            part: 0,
+            remainder: 0,
         }
     }
 
@@ -126,14 +126,14 @@ impl Wire {
         };
         // The line was idle in between, so no fraction of a microsecond carries over.
         if from > self.busy {
-            (self.busy, self.part) = (from, 0);
+            (self.busy, self.remainder) = (from, 0);
         }
         let baud = u64::from(baud.get());
-        let micros_times_baud = BITS_PER_BYTE * MICROS_PER_SECOND * count as u64 + self.part;
+        let micros_times_baud = BITS_PER_BYTE * MICROS_PER_SECOND * count as u64 + self.remainder;
         self.busy = self.busy.after_micros(micros_times_baud / baud);
-        self.part = micros_times_baud % baud;
+        self.remainder = micros_times_baud % baud;
         // A started microsecond counts, so no byte is ever early.
-        self.busy.after_micros(u64::from(self.part > 0))
+        self.busy.after_micros(u64::from(self.remainder > 0))
     }
 }
 
@@ -190,7 +190,8 @@ impl ArmClock {
             }
             return;
         }
-        // Event by event, because the end of an unbounded motion may start work that jumps.
+        // Event by event, because the end of an unbounded motion may start work that the clock has
+        // to jump through.
         for _ in 0..JUMP_EVENTS {
             let end = self.arm_at(wall);
             match controller.poll_timeout() {
@@ -220,7 +221,7 @@ impl ArmClock {
         }
         let budget = &mut SampleBudget::new(JUMP_EVENTS);
         for _ in 0..JUMP_EVENTS {
-            match Self::jump_to(controller) {
+            match Self::jump_target(controller) {
                 Some(event) => {
                     if !observer::advance(controller, observer, event, budget) {
                         break;
@@ -236,7 +237,7 @@ impl ArmClock {
     }
 
     /// Next event, if the arm is busy with something that has an end.
-    pub(crate) fn jump_to(controller: &Controller) -> Option<ArmInstant> {
+    pub(crate) fn jump_target(controller: &Controller) -> Option<ArmInstant> {
         let event = controller.poll_timeout()?;
         // The bound is on the next event alone: many short events may take longer in total.
         let endless = event - controller.now() > MAX_JUMP;
@@ -247,7 +248,7 @@ impl ArmClock {
     pub(crate) fn next(&self, controller: &Controller, wall: HostInstant) -> Option<HostInstant> {
         let event = controller.poll_timeout()?;
         // At full speed the event takes no wall time: it is due at once.
-        if self.speed == Speed::Max && Self::jump_to(controller).is_some() {
+        if self.speed == Speed::Max && Self::jump_target(controller).is_some() {
             return Some(wall);
         }
         self.wall_at(event)
@@ -257,8 +258,8 @@ impl ArmClock {
     /// present.
     ///
     /// Instants that follow each other quickly share a wake-up.
-    pub(crate) fn next_sample(&self, look: ArmInstant, wall: HostInstant) -> Option<HostInstant> {
-        Some(self.wall_at(look)?.max(wall + SAMPLE_WAKEUP_INTERVAL))
+    pub(crate) fn next_sample(&self, sample: ArmInstant, wall: HostInstant) -> Option<HostInstant> {
+        Some(self.wall_at(sample)?.max(wall + SAMPLE_WAKEUP_INTERVAL))
     }
 
     fn arm_at(&self, wall: HostInstant) -> ArmInstant {

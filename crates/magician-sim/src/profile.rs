@@ -29,7 +29,7 @@ pub(crate) const MAX_NAME: usize = 64;
 pub(crate) const MAX_SERIAL: usize = 23;
 /// Longest stored program, in commands, whatever the profile says. Choice: bounds the memory of an
 /// arm to a few megabytes, and is far above the length of any known program.
-pub(crate) const MAX_LINES: usize = 65_536;
+pub(crate) const MAX_STORED_COMMANDS: usize = 65_536;
 /// Number of EIO addresses; they run from 1 to this (model section 13).
 pub(crate) const PINS: usize = 20;
 

@@ -1,9 +1,9 @@
 //! A controller on a wall clock, with paced serial lines to its peers.
 //!
-//! The controller knows only its own clock. A [`Runner`] adds the wall's: it delays bytes by the
-//! baud rate and replies by the turnaround, measures the inter-byte timeout, and advances the arm's
-//! clock by its [`Speed`]. Input is handed over in pieces that end where a frame can end, so that
-//! each request is handled at the instant at which its last byte has passed the line.
+//! The controller knows only its own clock. A [`Runner`] adds the wall clock: it delays bytes by
+//! the baud rate and replies by the turnaround, measures the inter-byte timeout, and advances the
+//! arm's clock by its [`Speed`]. Input is handed over in pieces that end where a frame can end, so
+//! that each request is handled at the instant at which its last byte has passed the line.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -19,7 +19,7 @@ use link::Link;
 
 const INTER_BYTE_TIMEOUT: Duration = Duration::from_millis(INTER_BYTE_TIMEOUT_MS);
 /// Bytes that a serial driver buffers for a port before its writer has to wait.
-const BACKLOG: usize = 4096;
+const LINE_BUFFER_BYTES: usize = 4096;
 
 /// Runs a [`Controller`] on the wall clock: arm speed, baud rate, turnaround and inter-byte
 /// timeout.
@@ -38,9 +38,9 @@ const BACKLOG: usize = 4096;
 /// * Faults, at the latest instant: [`unplug`](Self::unplug), [`plug`](Self::plug),
 ///   [`set_delay`](Self::set_delay).
 ///
-/// An [`Observer`] ([`observe`](Self::observe)) changes nothing, unless it wants more than 100,000
-/// instants in one leap of the arm's clock (half an hour at 50 a second). Then pending requests are
-/// read before the leap continues, and a clock below full speed falls behind.
+/// An [`Observer`] ([`observe`](Self::observe)) does not affect arm and replies, unless it asks for
+/// more than 100,000 samples in one jump of the arm's clock (half an hour at 50 a second). Then
+/// pending requests are read before the jump continues, and a clock below full speed falls behind.
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
@@ -68,7 +68,8 @@ pub struct Runner {
     line: LineTiming,
     wall: HostInstant,
     links: BTreeMap<LinkId, Link>,
-    /// Number of cable pulls that the links have seen.
+    /// Pull count of the controller at the last check: a higher count means that the links have to
+    /// be dropped.
     pulls: u64,
 }
 
@@ -110,7 +111,9 @@ impl Runner {
         self.clock.speed()
     }
 
-    /// Changes the speed of the arm's clock. At full speed, pending work is done by the next call.
+    /// Changes the speed of the arm's clock. After a change to full speed, the next call of
+    /// [`handle_timeout`](Self::handle_timeout) or [`receive`](Self::receive) completes pending
+    /// motion.
     pub fn set_speed(&mut self, now: HostInstant, speed: Speed) {
         self.handle_timeout(now);
         self.clock = self.clock.at_speed(speed, self.controller.now(), self.wall);
@@ -120,7 +123,7 @@ impl Runner {
     /// bytes are in flight on any line.
     #[must_use]
     pub fn busy(&self) -> bool {
-        ArmClock::jump_to(&self.controller).is_some()
+        ArmClock::jump_target(&self.controller).is_some()
             || (self.links.values()).any(|link| !link.bytes.is_empty())
             || self.next_arrival().is_some()
     }
@@ -226,8 +229,8 @@ impl Runner {
     /// them.
     #[must_use]
     pub fn room(&self, link: LinkId) -> usize {
-        let under_way = self.links.get(&link).map_or(0, Link::under_way);
-        BACKLOG.saturating_sub(under_way)
+        let bytes_in_flight = self.links.get(&link).map_or(0, Link::bytes_in_flight);
+        LINE_BUFFER_BYTES.saturating_sub(bytes_in_flight)
     }
 
     /// Advances the wall clock to `now` and does everything that is due.
@@ -255,7 +258,8 @@ impl Runner {
         clock.pass(controller, observer, wall);
     }
 
-    /// Drops the links after a pull of the cable, whoever pulled it: the world may do it, too.
+    /// Drops the links after a pull of the cable, by [`unplug`](Self::unplug) or by a fault of the
+    /// scenario.
     fn follow_cable(&mut self) {
         if self.pulls != self.pulls() {
             self.pulls = self.pulls();
@@ -267,8 +271,8 @@ impl Runner {
     }
 
     /// Next instant at which [`handle_timeout`](Self::handle_timeout) or
-    /// [`poll_transmit`](Self::poll_transmit) has something to do. `None`: not before bytes are
-    /// received. It may be in the past.
+    /// [`poll_transmit`](Self::poll_transmit) has something to do; the instant may be in the past.
+    /// `None` if there is nothing to do until bytes are received.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let output = self.links.values().filter_map(|link| link.replies.due());
@@ -288,9 +292,9 @@ impl Runner {
     fn next_step(&self) -> Option<HostInstant> {
         let input = self.next_input().map(|(at, _)| at);
         let event = self.clock.next(&self.controller, self.wall);
-        let look = self.observer.next_sample();
-        let look = look.and_then(|look| self.clock.next_sample(look, self.wall));
-        [input, event, look].into_iter().flatten().min()
+        let sample = self.observer.next_sample();
+        let sample = sample.and_then(|sample| self.clock.next_sample(sample, self.wall));
+        [input, event, sample].into_iter().flatten().min()
     }
 
     /// Arrival of the next reply in flight.
@@ -355,7 +359,7 @@ impl Runner {
                 // Any byte restarts the inter-byte timeout (E04: 50 ms).
                 link.silent = Some(at + INTER_BYTE_TIMEOUT);
             }
-            // No bytes are due, so the inter-byte timeout is.
+            // No bytes are left, so the due input is the inter-byte timeout.
             None => {
                 observer.silence(controller.now(), id);
                 controller.expire(id);

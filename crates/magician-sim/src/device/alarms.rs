@@ -1,8 +1,8 @@
 //! Standing alarms, and their hold on the queue (model section 4).
 //!
-//! An alarm from 0x40 on may drop by itself when its joint is back inside, but a blocking alarm has
-//! stopped the queue by then. So the hold is a separate latch, which only a clear resets (a choice:
-//! `LatchedHold`).
+//! An alarm from 0x40 on may drop by itself when its joint is back within its limits, but a
+//! blocking alarm has stopped the queue by then. So the hold is a separate latch, which only a
+//! clear resets (a choice: `LatchedHold`).
 
 use magician_protocol::{Alarm, AlarmSet};
 
@@ -12,15 +12,15 @@ pub(crate) struct Alarms {
     standing: AlarmSet,
     latched: bool,
     /// True if the firmware's queue obeys the latch.
-    hold: bool,
+    obeys_latch: bool,
 }
 
 impl Alarms {
-    pub(crate) fn new(hold: bool) -> Self {
+    pub(crate) fn new(obeys_latch: bool) -> Self {
         Self {
             standing: AlarmSet::default(),
             latched: false,
-            hold,
+            obeys_latch,
         }
     }
 
@@ -36,7 +36,7 @@ impl Alarms {
 
     /// True if an alarm holds the queue.
     pub(crate) fn hold_queue(&self) -> bool {
-        self.latched && self.hold
+        self.latched && self.obeys_latch
     }
 
     /// Sets an alarm and returns true if it is new.

@@ -24,7 +24,7 @@ impl Device {
             self.unknown_id(link, frame.id());
             return None;
         }
-        if !self.may_overflow(frame) {
+        if !self.allows_full_queue(frame) {
             return None;
         }
         let reply = self.reply(frame);
@@ -38,14 +38,14 @@ impl Device {
         let (id, ctrl) = (frame.id(), frame.ctrl());
         let nothing = || FrameBuf::new(id, ctrl, &[]);
         let request = Request::decode(frame);
-        let taken = (request.as_ref()).is_ok_and(|request| self.takes(id, ctrl, request));
+        let accepted = (request.as_ref()).is_ok_and(|request| self.accepts(id, ctrl, request));
         match request {
-            Ok(Request::Get(get)) if taken => handlers::report(&mut self.lend(), &get, ctrl),
-            Ok(Request::Set(set)) if taken => {
+            Ok(Request::Get(get)) if accepted => handlers::report(&mut self.lend(), &get, ctrl),
+            Ok(Request::Set(set)) if accepted => {
                 self.act_at_once(&set);
                 nothing()
             }
-            Ok(Request::Queue(set)) if taken => self.enqueue(id, ctrl, QueuedCommand::Set(set)),
+            Ok(Request::Queue(set)) if accepted => self.enqueue(id, ctrl, QueuedCommand::Set(set)),
             // A refused queued frame still takes an index, so that the host's numbering stays
             // right.
             Ok(Request::Queue(_)) => self.enqueue(id, ctrl, QueuedCommand::Nothing),
@@ -116,7 +116,7 @@ impl Device {
     }
 
     /// Counts the assumptions of a frame and returns true if it may be carried out.
-    fn takes(&mut self, id: u8, ctrl: Ctrl, request: &Request) -> bool {
+    fn accepts(&mut self, id: u8, ctrl: Ctrl, request: &Request) -> bool {
         // Frames for an extension controller or a slave are answered as the arm's own (E05).
         let elsewhere = ctrl.destination() != 0 || ctrl.slave() != 0;
         let set = AssumptionSet::default().and_if(elsewhere, Assumption::DestinationBits);
@@ -130,7 +130,7 @@ impl Device {
     }
 
     /// True unless the frame finds the queue full and a strict controller refuses that case.
-    fn may_overflow(&mut self, frame: &Frame<'_>) -> bool {
+    fn allows_full_queue(&mut self, frame: &Frame<'_>) -> bool {
         let id = frame.id();
         !(frame.ctrl().queued() && queues(id) && self.queues.is_full())
             || self.record.allows(id, Assumption::FullQueue)

@@ -129,8 +129,8 @@ impl Objects<'_> {
         }
     }
 
-    fn place(&self, rest: Support) -> (&str, &str) {
-        match rest {
+    fn resting_place(&self, support: Support) -> (&str, &str) {
+        match support {
             Support::Table => ("on", "the table"),
             Support::Belt => ("on", "the belt"),
             Support::Object(number) => ("on", self.object(number)),
@@ -142,19 +142,19 @@ impl Objects<'_> {
     }
 
     fn event(&self, f: &mut fmt::Formatter<'_>, kind: WorldEventKind) -> fmt::Result {
-        let lies = |f: &mut fmt::Formatter<'_>, rest| {
-            let (on, what) = self.place(rest);
+        let lies = |f: &mut fmt::Formatter<'_>, support| {
+            let (on, what) = self.resting_place(support);
             write!(f, " and lies {on} {what}")
         };
         match kind {
             WorldEventKind::Picked(number) => write!(f, "the tool takes {}", self.object(number)),
-            WorldEventKind::Released(number, rest) => {
+            WorldEventKind::Released(number, support) => {
                 write!(f, "{} is let go", self.object(number))?;
-                lies(f, rest)
+                lies(f, support)
             }
-            WorldEventKind::FellOffBelt(number, rest) => {
+            WorldEventKind::FellOffBelt(number, support) => {
                 write!(f, "{} falls off the belt", self.object(number))?;
-                lies(f, rest)
+                lies(f, support)
             }
             WorldEventKind::Touched(what) => write!(f, "the tool touches {}", self.body(what)),
             WorldEventKind::Knocked(number) => {

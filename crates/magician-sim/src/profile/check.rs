@@ -2,7 +2,9 @@
 
 use magician_motion::{Ceilings, Limits, Range};
 
-use super::{Defaults, MAX_LINES, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError, QueueRules};
+use super::{
+    Defaults, MAX_NAME, MAX_SERIAL, MAX_STORED_COMMANDS, PINS, Profile, ProfileError, QueueRules,
+};
 
 /// Largest queue depth that a profile may set. It bounds the controller's memory; real arms have 32
 /// places (model section 14).
@@ -18,21 +20,21 @@ impl Profile {
     pub fn check(&self) -> Result<(), ProfileError> {
         self.check_text()?;
         self.check_queue()?;
-        pairs("limits.controller", &self.limits.controller)?;
-        pairs("limits.certain", &self.limits.certain)?;
-        pairs("limits.guaranteed", &self.limits.guaranteed)?;
+        ranges("limits.controller", &self.limits.controller)?;
+        ranges("limits.certain", &self.limits.certain)?;
+        ranges("limits.guaranteed", &self.limits.guaranteed)?;
         finite("power_up.joints", &self.power_up.joints)?;
         let tool = self.power_up.tool;
         finite("power_up.tool", &[tool.x, tool.y, tool.z])?;
         finite("home.joints", &self.home.joints.to_array())?;
         // Not limited to J1's range: the switch may lie beyond a soft limit.
-        turn("home.switch", self.home.switch)?;
+        angle("home.switch", self.home.switch)?;
         self.check_speeds()?;
         self.check_numbers()?;
         duration("tools.vacuum_delay", self.tools.vacuum_delay)?;
         duration("tools.gripper_delay", self.tools.gripper_delay)?;
         let pins = self.io.pins.len();
-        rule(pins == PINS, "io.pins", pins, "a list of 20 pins")
+        ensure(pins == PINS, "io.pins", pins, "a list of 20 pins")
     }
 
     fn check_text(&self) -> Result<(), ProfileError> {
@@ -65,7 +67,7 @@ impl Profile {
         for (name, text, max, wanted) in texts {
             // NUL ends a text on the wire (E17).
             let good = text.len() <= max && !text.contains('\0');
-            rule(good, name, format!("{text:?}"), wanted)?;
+            ensure(good, name, format!("{text:?}"), wanted)?;
         }
         Ok(())
     }
@@ -74,13 +76,13 @@ impl Profile {
         let QueueRules {
             depth, first_index, ..
         } = self.queue;
-        rule(
+        ensure(
             (1..=MAX_DEPTH).contains(&depth),
             "queue.depth",
             depth,
             "1 to 1024",
         )?;
-        rule(
+        ensure(
             // The arm never assigns index 0: hosts read it as an error (model section 14).
             first_index >= 1,
             "queue.first_index",
@@ -115,8 +117,8 @@ impl Profile {
         positive("home.creep", &self.home.creep)?;
         positive("teach.period", &[self.teach.period])?;
         duration("wifi.association", self.wifi.association)?;
-        rule(
-            (1..=MAX_LINES).contains(&self.offline.capacity),
+        ensure(
+            (1..=MAX_STORED_COMMANDS).contains(&self.offline.capacity),
             "offline.capacity",
             self.offline.capacity,
             "1 to 65536",
@@ -124,7 +126,7 @@ impl Profile {
         // With 0 no corner could be passed at any speed (model section 8).
         positive("path.period", &[self.path.period])?;
         let period = self.motion.period;
-        rule(
+        ensure(
             // Periods below 1 ms would cost time without a visible effect; above 1 s motion would
             // look broken. Both bounds are choices.
             period == 0.0 || (0.001..=1.0).contains(&period),
@@ -168,7 +170,7 @@ impl Profile {
         ];
         for (name, values) in numbers {
             let good = values.iter().all(|value| value.is_finite());
-            rule(good, name, format!("{values:?}"), "finite")?;
+            ensure(good, name, format!("{values:?}"), "finite")?;
         }
         Ok(())
     }
@@ -208,7 +210,7 @@ impl Profile {
     }
 }
 
-fn pairs(name: &'static str, limits: &Limits) -> Result<(), ProfileError> {
+fn ranges(name: &'static str, limits: &Limits) -> Result<(), ProfileError> {
     let Limits {
         j1,
         j2,
@@ -218,7 +220,7 @@ fn pairs(name: &'static str, limits: &Limits) -> Result<(), ProfileError> {
     } = *limits;
     for Range { min, max } in [j1, j2, j3, j4, j2_minus_j3] {
         let good = min.is_finite() && max.is_finite() && min < max;
-        rule(
+        ensure(
             good,
             name,
             format!("[{min}, {max}]"),
@@ -228,7 +230,7 @@ fn pairs(name: &'static str, limits: &Limits) -> Result<(), ProfileError> {
     Ok(())
 }
 
-fn rule(
+fn ensure(
     good: bool,
     name: &'static str,
     value: impl ToString,
@@ -243,21 +245,21 @@ fn rule(
 
 fn finite(name: &'static str, values: &[f64]) -> Result<(), ProfileError> {
     let good = values.iter().all(|value| value.is_finite());
-    rule(good, name, format!("{values:?}"), "finite numbers")
+    ensure(good, name, format!("{values:?}"), "finite numbers")
 }
 
 fn positive(name: &'static str, values: &[f64]) -> Result<(), ProfileError> {
     let good = values.iter().all(|value| value.is_finite() && *value > 0.0);
-    rule(good, name, format!("{values:?}"), "above 0")
+    ensure(good, name, format!("{values:?}"), "above 0")
 }
 
 fn positive32(name: &'static str, values: &[f32]) -> Result<(), ProfileError> {
     let good = values.iter().all(|value| value.is_finite() && *value > 0.0);
-    rule(good, name, format!("{values:?}"), "above 0")
+    ensure(good, name, format!("{values:?}"), "above 0")
 }
 /// Checks a delay. An hour is beyond any delay of a real arm; the bound is a choice.
 fn duration(name: &'static str, seconds: f64) -> Result<(), ProfileError> {
-    rule(
+    ensure(
         (0.0..=3600.0).contains(&seconds),
         name,
         seconds,
@@ -265,8 +267,8 @@ fn duration(name: &'static str, seconds: f64) -> Result<(), ProfileError> {
     )
 }
 
-fn turn(name: &'static str, degrees: f64) -> Result<(), ProfileError> {
-    rule(
+fn angle(name: &'static str, degrees: f64) -> Result<(), ProfileError> {
+    ensure(
         (-360.0..=360.0).contains(&degrees),
         name,
         degrees,

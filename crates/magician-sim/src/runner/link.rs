@@ -104,7 +104,7 @@ impl Link {
         arrival.or(self.silent)
     }
 
-    pub(super) fn under_way(&self) -> usize {
+    pub(super) fn bytes_in_flight(&self) -> usize {
         let replies = self.replies.queue.iter();
         self.bytes.len() + replies.map(|(_, frame)| frame.bytes().len()).sum::<usize>()
     }

@@ -26,7 +26,7 @@ pub(super) enum Key {
     Nth(usize),
 }
 
-/// An invalid value, by the path to it.
+/// An invalid value: the path to it in the file, and the message.
 #[derive(Debug)]
 pub(super) struct Diagnostic {
     pub(super) path: Vec<Key>,
@@ -43,7 +43,8 @@ impl ScenarioError {
         }
     }
 
-    /// Finds a value in place of a section, or a section in place of a list of sections.
+    /// Returns the error if a value stands where a section belongs, or a section where a list of
+    /// sections belongs; `None` otherwise.
     ///
     /// Checked before the types: serde would report such a mistake in its own terms.
     pub(super) fn shape(text: &str, file: &Spanned<DeTable<'_>>) -> Option<Self> {

@@ -63,7 +63,7 @@ fn a_hand_gets_no_further_than_the_limits() {
 }
 
 #[test]
-fn a_base_that_is_not_homed_stays_as_unsure_as_it_was() {
+fn guiding_before_homing_keeps_the_offset_of_the_base_angle() {
     let mut bench = TestArm {
         arm: Controller::default().standing_at([40.0, 20.0, 20.0, 0.0].into()),
     };
@@ -249,7 +249,7 @@ fn a_reset_finds_the_key_still_held() {
 }
 
 #[test]
-fn what_the_tool_holds_goes_with_the_hand() {
+fn held_object_follows_a_hand_guided_arm() {
     let scenario = Scenario::from_toml(
         r#"
         tool.kind = "suction"

@@ -158,11 +158,11 @@ impl Report for PtpTime {
             r,
         });
         let plan = request(cx, &to).map(|request| cx.view().plan(&request));
-        let lasting = match plan {
+        let duration_ms = match plan {
             Some(Ok(plan)) => plan.trajectory.duration_us().div_ceil(1000),
             _ => 0,
         };
-        let ptp_time = u32::try_from(lasting).unwrap_or(u32::MAX);
+        let ptp_time = u32::try_from(duration_ms).unwrap_or(u32::MAX);
         Self { ptp_time }
     }
 }

@@ -12,7 +12,7 @@ use crate::convert::micros;
 pub const CONVEYOR_PULSES_PER_MM: f64 = 16_000.0 / (34.0 * std::f64::consts::PI);
 
 /// Highest rate, pulses/s; higher ones are clamped. A choice that keeps positions finite.
-const FASTEST: f64 = 1e6;
+const MAX_PULSE_RATE: f64 = 1e6;
 
 /// A stepper output at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,7 +93,7 @@ impl Steppers {
         pulses: Option<u32>,
     ) -> Option<StepperChange> {
         // Both signs: the sign is the direction.
-        let rate = rate.clamp(-FASTEST, FASTEST);
+        let rate = rate.clamp(-MAX_PULSE_RATE, MAX_PULSE_RATE);
         // Neither a standing motor nor zero pulses may block the queue.
         let nothing = rate == 0.0 || pulses == Some(0);
         let motor = self.motors.get_mut(output)?;

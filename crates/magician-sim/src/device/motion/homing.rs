@@ -1,9 +1,9 @@
 //! Homing: J1 finds its switch, then the arm moves to the home point (model section 11).
 //!
 //! J1 turns in the negative direction until its switch closes, backs off, and creeps back in two
-//! steps; where the switch closes again J1 is set. The switch is at a true angle of the base, so an
-//! arm that does not know its base angle finds it. One command runs through all stages. A stop,
-//! another motion or a reset ends it at any stage.
+//! steps. When the switch closes again, the angle of J1 is set. The switch is at a true angle of
+//! the base, so an arm that does not know its base angle finds it. One command runs through all
+//! stages. A stop, another motion or a reset ends it at any stage.
 
 use magician_motion::{JointAngles, Limits, Move, MoveKind, Planner, Target};
 
@@ -19,20 +19,20 @@ impl ArmView<'_> {
     /// The true angle decides, not the commanded one: a base that has slipped away from the switch
     /// continues, and a base that has slipped past it backs off and tries again.
     pub(crate) fn stage_after(&self, stage: HomingStage) -> Option<HomingStage> {
-        let off = self.motion.true_pose(self.now).joints.j1 - self.firmware.model.homing.switch;
+        let offset = self.motion.true_pose(self.now).joints.j1 - self.firmware.model.homing.switch;
         match stage {
-            HomingStage::Seek if off > AT_SWITCH => Some(HomingStage::Seek),
+            HomingStage::Seek if offset > AT_SWITCH => Some(HomingStage::Seek),
             HomingStage::Seek => Some(HomingStage::BackOff),
             HomingStage::BackOff => Some(HomingStage::Creep),
             HomingStage::Creep => Some(HomingStage::Touch),
-            HomingStage::Touch if off > AT_SWITCH => Some(HomingStage::Touch),
-            HomingStage::Touch if off < -AT_SWITCH => Some(HomingStage::BackOff),
+            HomingStage::Touch if offset > AT_SWITCH => Some(HomingStage::Touch),
+            HomingStage::Touch if offset < -AT_SWITCH => Some(HomingStage::BackOff),
             HomingStage::Touch => None,
         }
     }
 
-    /// Plans one stage of the search. The rail's carriage goes to its end along with the first
-    /// stage, which lasts until it is there.
+    /// Plans one stage of the search. During the first stage the carriage also moves to the end of
+    /// the rail, and the stage lasts until it has arrived.
     pub(crate) fn plan_search(&self, stage: HomingStage) -> Result<PlannedMotion, PlanError> {
         let rules = &self.firmware.model.homing;
         let [creep, touch] = rules.creep;
@@ -43,9 +43,9 @@ impl ArmView<'_> {
             HomingStage::Touch => (rules.switch, touch),
         };
         // Relative to the true angle: before homing the commanded angle of J1 is unrelated to it.
-        let way = target - self.motion.true_pose(self.now).joints.j1;
+        let increment = target - self.motion.true_pose(self.now).joints.j1;
         let request = Move {
-            target: Target::JointIncrement(JointAngles::from([way, 0.0, 0.0, 0.0])),
+            target: Target::JointIncrement(JointAngles::from([increment, 0.0, 0.0, 0.0])),
             kind: MoveKind::Joint,
         };
         let mut speeds = rules.speeds();

@@ -15,7 +15,7 @@ mod rules;
 mod script;
 
 pub(super) use objects::intersect;
-use rules::{At, Checked};
+use rules::{Checked, SectionPath};
 
 /// Validates a file and returns its meaning.
 pub(super) fn scenario(file: File) -> Checked<Scenario> {
@@ -46,7 +46,7 @@ pub(super) fn scenario(file: File) -> Checked<Scenario> {
 }
 
 fn check_arm(arm: &Arm) -> Checked<()> {
-    let at = At::section("arm");
+    let at = SectionPath::section("arm");
     at.number("base_angle", arm.base_angle, -180.0..=180.0, "deg")?;
     // Homing makes both angles equal (model section 11).
     if arm.homed && arm.base_angle != 0.0 {
@@ -59,7 +59,7 @@ fn check_arm(arm: &Arm) -> Checked<()> {
 }
 
 fn tool(tool: &file::Tool) -> Checked<Tool> {
-    let at = At::section("tool");
+    let at = SectionPath::section("tool");
     let mut checked = Tool::new(tool.kind);
     if let Some(give) = tool.give {
         checked.give = at.number("give", give, 0.0..=100.0, "mm")?;
@@ -77,7 +77,7 @@ fn tool(tool: &file::Tool) -> Checked<Tool> {
 }
 
 fn check_table(table: &Table) -> Checked<()> {
-    let at = At::section("table");
+    let at = SectionPath::section("table");
     // Wider than the workspace (-147 to 173 mm), so that a table out of reach can be tried, too.
     at.number("height", table.height, -500.0..=500.0, "mm")?;
     for (name, [from, to]) in [("x", table.x), ("y", table.y)] {
@@ -92,7 +92,7 @@ fn check_table(table: &Table) -> Checked<()> {
 }
 
 fn check_conveyor(conveyor: &Conveyor) -> Checked<()> {
-    let at = At::section("conveyor");
+    let at = SectionPath::section("conveyor");
     at.numbers("start", &conveyor.start, -MAX_DISTANCE..=MAX_DISTANCE, "mm")?;
     if conveyor.stepper > 1 {
         let message = format!(
@@ -113,7 +113,7 @@ fn check_conveyor(conveyor: &Conveyor) -> Checked<()> {
 fn sensors(sensors: &[file::Sensor], conveyor: Option<&Conveyor>) -> Checked<Vec<Sensor>> {
     let mut checked: Vec<Sensor> = Vec::new();
     for (nth, sensor) in sensors.iter().enumerate() {
-        let at = At::entry("sensor", nth);
+        let at = SectionPath::entry("sensor", nth);
         let (kind, port) = (sensor.kind, sensor.port);
         // One plug per connector.
         if checked.iter().any(|other| other.port == port) {
@@ -128,7 +128,7 @@ fn sensors(sensors: &[file::Sensor], conveyor: Option<&Conveyor>) -> Checked<Vec
     Ok(checked)
 }
 
-fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<Beam> {
+fn beam(at: &SectionPath, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<Beam> {
     match (sensor.at, sensor.belt_at) {
         (Some(from), None) => free_beam(at, sensor, from),
         (None, Some(along)) => belt_beam(at, sensor, along, conveyor),
@@ -143,7 +143,7 @@ fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<
 }
 
 /// Line of sight of a sensor with its own position.
-fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
+fn free_beam(at: &SectionPath, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
     at.numbers("at", &from, -MAX_DISTANCE..=MAX_DISTANCE, "mm")?;
     at.absent("above", sensor.above.is_some(), "above is for belt_at")?;
     // 50 mm, and 5 mm above the belt further down, are choices that suit small cubes.
@@ -160,7 +160,7 @@ fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
 
 /// Line of sight of a sensor at the belt: infrared looks across it, colour down onto its middle.
 fn belt_beam(
-    at: &At,
+    at: &SectionPath,
     sensor: &file::Sensor,
     along: f64,
     conveyor: Option<&Conveyor>,

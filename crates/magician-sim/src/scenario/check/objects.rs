@@ -1,6 +1,6 @@
 //! Validation of the objects: each rests on something, and no two overlap.
 
-use super::rules::{At, Checked};
+use super::rules::{Checked, SectionPath};
 use super::{MAX_DISTANCE, file};
 use crate::scenario::{Color, Conveyor, Object, On, Table};
 use crate::world::{Footprint, ObjectPose};
@@ -19,7 +19,7 @@ pub(super) fn objects(
 ) -> Checked<Vec<Object>> {
     let mut checked: Vec<Object> = Vec::with_capacity(objects.len().min(MAX_OBJECTS));
     for (nth, object) in objects.iter().enumerate() {
-        let at = At::entry("object", nth);
+        let at = SectionPath::entry("object", nth);
         if nth >= MAX_OBJECTS {
             return at.diagnostic("", format!("more than {MAX_OBJECTS} objects: remove some"));
         }
@@ -42,7 +42,7 @@ struct Supports<'a> {
 }
 
 impl Supports<'_> {
-    fn object(&self, at: &At, object: &file::Object) -> Checked<Object> {
+    fn object(&self, at: &SectionPath, object: &file::Object) -> Checked<Object> {
         let name = self.name(at, &object.name)?;
         if let Some(side) = object
             .size
@@ -74,7 +74,7 @@ impl Supports<'_> {
         Ok(checked)
     }
 
-    fn name<'n>(&self, at: &At, name: &'n str) -> Checked<&'n str> {
+    fn name<'n>(&self, at: &SectionPath, name: &'n str) -> Checked<&'n str> {
         if name.trim().is_empty() {
             return at.diagnostic("name", "an object needs a name");
         }
@@ -90,7 +90,7 @@ impl Supports<'_> {
         Ok(name)
     }
 
-    fn on(&self, at: &At, object: &file::Object) -> Checked<On> {
+    fn on(&self, at: &SectionPath, object: &file::Object) -> Checked<On> {
         if object.z.is_some() {
             at.absent("on", object.on.is_some(), "z gives its height")?;
             return Ok(On::Shelf);
@@ -115,7 +115,7 @@ impl Supports<'_> {
     }
 
     /// Height of the support.
-    fn height(&self, at: &At, object: &file::Object, on: On) -> Checked<f64> {
+    fn height(&self, at: &SectionPath, object: &file::Object, on: On) -> Checked<f64> {
         match on {
             On::Shelf => at.number("z", object.z.unwrap_or_default(), -500.0..=500.0, "mm"),
             On::Table => match self.table {
@@ -135,7 +135,7 @@ impl Supports<'_> {
 
     /// Checks that the middle of the object is above its support, and that it overlaps no other
     /// object.
-    fn stands(&self, at: &At, object: &Object) -> Checked<()> {
+    fn stands(&self, at: &SectionPath, object: &Object) -> Checked<()> {
         let (name, [x, y]) = (&object.name, object.place.xy());
         let (ground, called): (Option<Footprint>, &str) = match object.on {
             On::Shelf => (None, ""),

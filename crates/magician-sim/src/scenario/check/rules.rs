@@ -9,20 +9,20 @@ use crate::{ArmInstant, Micros};
 pub(super) type Checked<T> = Result<T, Diagnostic>;
 
 /// Latest instant of a script, s: about four months. It keeps microseconds far from overflow.
-const LATEST: f64 = 1e7;
+const MAX_INSTANT_SECONDS: f64 = 1e7;
 
 /// A section of the file, for naming its values in diagnostics.
-pub(super) struct At {
+pub(super) struct SectionPath {
     path: Vec<Key>,
 }
 
-impl At {
+impl SectionPath {
     pub(super) fn section(name: &'static str) -> Self {
         let path = vec![Key::Name(name)];
         Self { path }
     }
 
-    /// The section number `nth` of that name, from 0.
+    /// Entry `nth`, from 0, of the list of sections `name`.
     pub(super) fn entry(name: &'static str, nth: usize) -> Self {
         let path = vec![Key::Name(name), Key::Nth(nth)];
         Self { path }
@@ -87,7 +87,7 @@ impl At {
     }
 
     fn micros(&self, name: &'static str, seconds: f64) -> Checked<Micros> {
-        self.number(name, seconds, 0.0..=LATEST, "s")?;
+        self.number(name, seconds, 0.0..=MAX_INSTANT_SECONDS, "s")?;
         Ok((seconds * 1e6).round() as Micros)
     }
 
@@ -108,8 +108,8 @@ impl At {
     }
 
     /// Refuses a value that has no meaning in this place.
-    pub(super) fn absent(&self, name: &'static str, there: bool, why: &str) -> Checked<()> {
-        if there {
+    pub(super) fn absent(&self, name: &'static str, present: bool, why: &str) -> Checked<()> {
+        if present {
             return self.diagnostic(name, format!("{name} has no meaning here: {why}"));
         }
         Ok(())

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_motion::JointAngles;
 
 use super::file::{self, FaultKind, HandKind};
-use super::rules::{At, Checked};
+use super::rules::{Checked, SectionPath};
 use crate::profile::PINS;
 use crate::scenario::{Action, Script};
 use crate::world::ExternalEvent;
@@ -16,7 +16,7 @@ const ANALOG: i64 = 4095;
 
 pub(super) fn inputs(inputs: &[file::Input], script: &mut Script) -> Checked<()> {
     for (nth, input) in inputs.iter().enumerate() {
-        let at = At::entry("input", nth);
+        let at = SectionPath::entry("input", nth);
         let address = address(&at, input.address)?;
         let action = match (input.level, input.value) {
             (Some(level @ 0..=1), None) => Action::Digital {
@@ -45,7 +45,7 @@ pub(super) fn inputs(inputs: &[file::Input], script: &mut Script) -> Checked<()>
     Ok(())
 }
 
-fn address(at: &At, address: i64) -> Checked<u8> {
+fn address(at: &SectionPath, address: i64) -> Checked<u8> {
     match u8::try_from(address) {
         Ok(pin) if (1..=PINS).contains(&usize::from(pin)) => Ok(pin),
         _ => at.diagnostic(
@@ -55,7 +55,7 @@ fn address(at: &At, address: i64) -> Checked<u8> {
     }
 }
 
-fn analog(at: &At, value: i64) -> Checked<u16> {
+fn analog(at: &SectionPath, value: i64) -> Checked<u16> {
     match u16::try_from(value) {
         Ok(raw) if value <= ANALOG => Ok(raw),
         _ => at.diagnostic(
@@ -68,7 +68,7 @@ fn analog(at: &At, value: i64) -> Checked<u16> {
 pub(super) fn hands(hands: &[file::Hand], script: &mut Script) -> Checked<()> {
     let mut state = HandState::default();
     for (nth, hand) in hands.iter().enumerate() {
-        let at = At::entry("hand", nth);
+        let at = SectionPath::entry("hand", nth);
         let start = at.time("at", hand.at)?;
         // There is one hand on the arm: two movements at a time would contradict each other.
         if start < state.busy_until {
@@ -102,7 +102,7 @@ struct HandState {
 }
 
 impl HandState {
-    fn key(&mut self, at: &At, kind: HandKind) -> Checked<Action> {
+    fn key(&mut self, at: &SectionPath, kind: HandKind) -> Checked<Action> {
         let unlock = kind == HandKind::Unlock;
         if unlock == self.unlocked {
             let message = if unlock {
@@ -117,7 +117,7 @@ impl HandState {
         Ok(Action::Do(ExternalEvent::Unlock(unlock)))
     }
 
-    fn guide(&mut self, at: &At, hand: &file::Hand) -> Checked<Action> {
+    fn guide(&mut self, at: &SectionPath, hand: &file::Hand) -> Checked<Action> {
         if !self.unlocked {
             return at.diagnostic("kind", "a hand cannot move a locked arm: unlock first");
         }
@@ -145,7 +145,7 @@ impl HandState {
 
 pub(super) fn keys(keys: &[file::Key], script: &mut Script) -> Checked<()> {
     for (nth, key) in keys.iter().enumerate() {
-        let at = At::entry("key", nth).time("at", key.at)?;
+        let at = SectionPath::entry("key", nth).time("at", key.at)?;
         script
             .timed
             .push((at, Action::Do(ExternalEvent::Key(key.press))));
@@ -160,7 +160,7 @@ enum Moment {
 }
 
 impl Moment {
-    fn of(at: &At, fault: &file::Fault) -> Checked<Self> {
+    fn of(at: &SectionPath, fault: &file::Fault) -> Checked<Self> {
         match (fault.at, fault.index) {
             (Some(seconds), None) => Ok(Self::At(at.time("at", seconds)?)),
             (None, Some(index)) => match u64::try_from(index) {
@@ -190,7 +190,7 @@ impl Moment {
 
 pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()> {
     for (nth, fault) in faults.iter().enumerate() {
-        let at = At::entry("fault", nth);
+        let at = SectionPath::entry("fault", nth);
         check_foreign_keys(&at, fault)?;
         let moment = Moment::of(&at, fault)?;
         match fault.kind {
@@ -224,7 +224,7 @@ pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()>
 }
 
 /// Refuses values that belong to another kind of fault.
-fn check_foreign_keys(at: &At, fault: &file::Fault) -> Checked<()> {
+fn check_foreign_keys(at: &SectionPath, fault: &file::Fault) -> Checked<()> {
     use FaultKind::{Alarm, Cable, Slip, Slow};
     let owned: [(&'static str, bool, &[FaultKind], &str); 5] = [
         (
@@ -263,14 +263,14 @@ fn check_foreign_keys(at: &At, fault: &file::Fault) -> Checked<()> {
     })
 }
 
-fn lasting(at: &At, fault: &file::Fault) -> Checked<Micros> {
+fn lasting(at: &SectionPath, fault: &file::Fault) -> Checked<Micros> {
     at.span(
         "for",
         at.needed("for", fault.lasting, "how many seconds it lasts")?,
     )
 }
 
-fn slip(at: &At, fault: &file::Fault) -> Checked<ExternalEvent> {
+fn slip(at: &SectionPath, fault: &file::Fault) -> Checked<ExternalEvent> {
     let joint = at.needed("joint", fault.joint, "which joint slips, 1 to 4")?;
     let degrees = at.needed("degrees", fault.degrees, "by how much the joint slips")?;
     let joint = match u8::try_from(joint) {
@@ -281,7 +281,7 @@ fn slip(at: &At, fault: &file::Fault) -> Checked<ExternalEvent> {
     Ok(ExternalEvent::Slip { joint, degrees })
 }
 
-fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
+fn alarm(at: &SectionPath, fault: &file::Fault) -> Checked<u8> {
     use magician_protocol::Alarm;
     match at.needed(
         "alarm",

@@ -48,7 +48,8 @@ fn range(value: &Value) -> String {
     }
 }
 
-/// Schema of each key over all forms of a section; `kind` differs between them.
+/// Merges the keys of all forms of a section. A key whose allowed words differ, such as `kind`,
+/// gets the words of all forms.
 fn merged(forms: &[&Value]) -> Map<String, Value> {
     let mut keys = Map::new();
     for form in forms {
@@ -78,20 +79,20 @@ fn merged(forms: &[&Value]) -> Map<String, Value> {
 }
 
 /// Default of a key that is left out.
-fn left_out(forms: &[&Value], key: &str, value: &Value) -> String {
+fn default_text(forms: &[&Value], key: &str, value: &Value) -> String {
     let needs = |form: &&Value| {
         let needed = form["required"].as_array();
         needed.is_some_and(|needed| needed.iter().any(|name| name == key))
     };
-    let having: Vec<_> = forms
+    let forms_with_key: Vec<_> = forms
         .iter()
         .filter(|form| !form["properties"][key].is_null())
         .copied()
         .collect();
-    if having.len() == forms.len() && having.iter().all(needs) {
+    if forms_with_key.len() == forms.len() && forms_with_key.iter().all(needs) {
         return "required".into();
     }
-    if having.iter().all(needs) && having.len() < forms.len() {
+    if forms_with_key.iter().all(needs) && forms_with_key.len() < forms.len() {
         return "in some forms".into();
     }
     match value.get("default") {
@@ -152,7 +153,7 @@ fn tables() -> String {
         }
         out.push_str("| key | meaning | values | default |\n|---|---|---|---|\n");
         for (key, value) in &merged(&forms) {
-            let default = left_out(&forms, key, value);
+            let default = default_text(&forms, key, value);
             writeln!(
                 out,
                 "| `{key}` | {} | {} | {default} |",
@@ -167,11 +168,11 @@ fn tables() -> String {
 }
 
 #[test]
-fn the_tables_of_the_manual_are_those_of_the_schema() {
+fn tables_of_the_manual_match_the_schema() {
     let (before, rest) = MANUAL.split_once(BEGIN).expect("a place for the tables");
-    let (told, after) = rest.split_once(END).expect("an end of the tables");
+    let (published, after) = rest.split_once(END).expect("an end of the tables");
     let tables = format!("\n{}", tables());
-    if told != tables {
+    if published != tables {
         let manual = Path::new(env!("CARGO_TARGET_TMPDIR")).join("SCENARIOS.md");
         std::fs::write(&manual, [before, BEGIN, &tables, END, after].concat()).expect("written");
         panic!(
@@ -182,7 +183,7 @@ fn the_tables_of_the_manual_are_those_of_the_schema() {
 }
 
 #[test]
-fn the_scenarios_of_the_manual_are_scenarios() {
+fn examples_of_the_manual_are_valid_scenarios() {
     let blocks: Vec<&str> = MANUAL
         .split("```toml\n")
         .skip(1)

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Flash, FlashError};
 use crate::device::store::program::Program;
-use crate::profile::{MAX_LINES, MAX_NAME, MAX_SERIAL};
+use crate::profile::{MAX_NAME, MAX_SERIAL, MAX_STORED_COMMANDS};
 
 /// Version written, and the only one read.
 const VERSION: u32 = 1;
@@ -179,7 +179,7 @@ impl Flash {
 
 impl Lines {
     fn read(&self) -> Result<Program, FlashError> {
-        if self.lines.len() > MAX_LINES {
+        if self.lines.len() > MAX_STORED_COMMANDS {
             return Err(FlashError::Value {
                 name: "program.lines".to_owned(),
                 rule: "at most 65536 commands",
