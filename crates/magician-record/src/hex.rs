@@ -32,13 +32,13 @@ impl Test {
             let after_zero = std::mem::replace(&mut self.after_zero, *letter == b'0');
             match letter {
                 b'x' | b'X' => after_zero,
-                letter => letter.is_ascii_hexdigit() || separates(*letter),
+                letter => letter.is_ascii_hexdigit() || is_separator(*letter),
             }
         })
     }
 }
 
-fn separates(letter: u8) -> bool {
+fn is_separator(letter: u8) -> bool {
     letter == b',' || letter.is_ascii_whitespace() || letter == 0x0B
 }
 
@@ -53,7 +53,8 @@ pub enum HexError {
     Odd(u64),
 }
 
-/// Converts hex text to bytes, in any split of the text. A single digit is a byte.
+/// Incremental converter from hex text to bytes: the text may be split anywhere. A group of a
+/// single digit is one byte.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Parser {
     position: u64,
@@ -72,7 +73,7 @@ impl Parser {
         for letter in text {
             match char::from(*letter).to_digit(16) {
                 Some(digit) => self.digit(digit as u8, bytes),
-                None if separates(*letter) => self.finish(bytes)?,
+                None if is_separator(*letter) => self.finish(bytes)?,
                 // `0x` begins a group. The 0 must begin a byte: `A0x` is an error.
                 None if matches!(letter, b'x' | b'X')
                     && self.high == Some(0)
@@ -126,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn every_usual_way_of_writing_hex() {
+    fn common_notations_of_hex_are_parsed() {
         let bytes = vec![0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6];
         for text in [
             "AA AA 02 0A 00 F6",
@@ -142,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_hex() {
+    fn text_that_is_not_hex_is_rejected() {
         for text in ["M10", "AA-AA", "xAA", "AA x2", "capture.bin", "0xx1"] {
             assert!(!Test::default().accepts(text.as_bytes()), "{text}");
         }

@@ -1,5 +1,5 @@
-//! Residue of a log against the law of motion: how far the arm was from where the law puts it
-//! (model section 7).
+//! Residue of a log against the law of motion: distance of the logged positions from those that the
+//! law gives (model section 7).
 //!
 //! Two kinds of logs can be measured:
 //!
@@ -7,14 +7,15 @@
 //!   [replayed](crate::replay) on a virtual arm of each built-in profile with a distinct motion,
 //!   with the best phase of the periods, and the poses are compared.
 //! * **Readings** ([`LawReport::of_samples`]) contain poses only. Motions from rest to rest along
-//!   one line are compared with a profile over the same distance; its start, speed and acceleration
-//!   are fitted.
+//!   one line are compared with a velocity profile over the same distance, whose start, speed and
+//!   acceleration are fitted.
 //!
-//! Times are the host's, and jitter. A pose may belong to an instant up to 5 ms before or after its
-//! time, and only the deviation at the best of these instants is residue. Near the boundary of a
-//! period, the pose of the neighbouring period therefore adds no residue; in continuous time, no
-//! position passed within these 10 ms does. A command may have arrived up to half a period before
-//! or after its time; it is moved to the neighbouring period if the poses that follow say so.
+//! Times are measured by the host, so they jitter. A pose may belong to an instant up to 5 ms
+//! before or after its time; its residue is the smallest deviation over these instants. Near the
+//! boundary of a period, the pose of the neighbouring period therefore adds no residue. In
+//! continuous time, no position that the arm passed within these 10 ms adds residue. A command may
+//! have arrived up to half a period before or after its time; it is moved to the neighbouring
+//! period if the poses after it fit better there.
 //!
 //! Whatever a log does not reveal is listed ([`LawReport::untold`]), not guessed.
 
@@ -115,8 +116,8 @@ pub struct Speeds {
     pub acceleration: f64,
     /// Speed in force, mm/s or deg/s; `None` if no motion was long enough to reach it.
     pub speed: Option<f64>,
-    /// Ratio of the speed, percent. From commands: the one in force. From readings: the one at
-    /// which the settings of power-up would yield this motion, `None` if they do not.
+    /// Ratio of the speed, percent. From commands: the one in force. From readings: the ratio at
+    /// which the power-up settings would yield this motion; `None` if no ratio does.
     pub ratio: Option<f64>,
 }
 
@@ -166,7 +167,7 @@ pub struct LawReport {
     pub untold: Vec<LawGap>,
 }
 
-/// A profile with its own motion, to compare with a log.
+/// A profile to compare with a log. No other candidate has the same motion.
 struct Candidate {
     name: String,
     same: Vec<&'static str>,
@@ -174,8 +175,8 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Built-in profiles with distinct motions, plus one by its name if its motion differs from all
-    /// of them.
+    /// Built-in profiles with distinct motions, plus the named profile `more` if its motion differs
+    /// from theirs.
     fn all(more: Option<(String, Profile)>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for (name, _) in Profile::NAMED {
@@ -250,7 +251,7 @@ impl LawReport {
         let log = Samples::of_session(session);
         let candidates = Candidate::all(more);
         if log.samples.is_empty() || !session.moves() {
-            return Self::of(&log, &candidates);
+            return Self::from_poses(&log, &candidates);
         }
         let tolerances = Tolerances {
             measured: LIMIT as f32,
@@ -262,15 +263,15 @@ impl LawReport {
             session.clone().fitted(&arm).residue(&arm)
         });
         let residues: Vec<Residue> = residues.collect();
-        let mut report = Self::begun(&log, Basis::Commands);
+        let mut report = Self::new(&log, Basis::Commands);
         report.moving = residues.first().map_or(0, |first| first.moved as usize);
         if report.moving == 0 {
             report.untold.push(LawGap::AtRest);
             return report;
         }
         let pairs = candidates.iter().zip(&residues);
-        let pairs = pairs.map(|(candidate, off)| candidate.residue(off.mm, off.deg));
-        report.judge(pairs.collect());
+        let pairs = pairs.map(|(candidate, residue)| candidate.residue(residue.mm, residue.deg));
+        report.choose_profile(pairs.collect());
         let best = candidates
             .iter()
             .find(|own| Some(&own.name) == report.profile.as_ref());
@@ -281,7 +282,7 @@ impl LawReport {
             Some(best) => report.speeds = settings::speeds(&session, &best.profile),
             None => {
                 // The poses alone may reveal the law.
-                let alone = Self::of(&log, &candidates);
+                let alone = Self::from_poses(&log, &candidates);
                 if alone.profile.is_some() {
                     report = alone;
                     report.untold.insert(0, LawGap::SetBefore);
@@ -305,10 +306,10 @@ impl LawReport {
     /// ```
     #[must_use]
     pub fn of_samples(log: &Samples, more: Option<(String, Profile)>) -> Self {
-        Self::of(log, &Candidate::all(more))
+        Self::from_poses(log, &Candidate::all(more))
     }
 
-    fn begun(log: &Samples, basis: Basis) -> Self {
+    fn new(log: &Samples, basis: Basis) -> Self {
         let span = match (log.samples.first(), log.samples.last()) {
             (Some(first), Some(last)) => last.t - first.t,
             _ => 0.0,
@@ -327,8 +328,8 @@ impl LawReport {
         }
     }
 
-    fn of(log: &Samples, candidates: &[Candidate]) -> Self {
-        let mut report = Self::begun(log, Basis::Readings);
+    fn from_poses(log: &Samples, candidates: &[Candidate]) -> Self {
+        let mut report = Self::new(log, Basis::Readings);
         let motions = Motions::of(&log.samples);
         report.moving = motions.moving;
         let untold = &mut report.untold;
@@ -356,7 +357,7 @@ impl LawReport {
             let every_ms = (gap * 1000.0).round() as u64;
             untold.push(LawGap::Slow { every_ms });
         }
-        let told = [
+        let gap_counts = [
             (
                 motions.sparse,
                 LawGap::Sparse {
@@ -382,26 +383,31 @@ impl LawReport {
                 },
             ),
             (
-                motions.left,
+                motions.skipped,
                 LawGap::Left {
-                    motions: motions.left,
+                    motions: motions.skipped,
                 },
             ),
         ];
         untold.extend(
-            told.into_iter()
+            gap_counts
+                .into_iter()
                 .filter_map(|(count, what)| (count > 0).then_some(what)),
         );
-        if motions.told.is_empty() {
+        if motions.fitted.is_empty() {
             return report;
         }
         let mut residues = Vec::new();
         let mut ramps = Vec::new();
         for candidate in candidates {
             let law = candidate.profile.arm_model().law;
-            let fits: Vec<_> = motions.told.iter().map(|motion| motion.fit(law)).collect();
+            let fits: Vec<_> = motions
+                .fitted
+                .iter()
+                .map(|motion| motion.fit(law))
+                .collect();
             let worst = |in_joints: bool| {
-                let own = motions.told.iter().zip(&fits);
+                let own = motions.fitted.iter().zip(&fits);
                 let own =
                     own.filter(|(motion, _)| matches!(motion.along, Along::Joint(_)) == in_joints);
                 own.map(|(_, fit)| fit.worst).fold(0.0, f64::max)
@@ -409,16 +415,16 @@ impl LawReport {
             residues.push(candidate.residue(worst(false), worst(true)));
             ramps.push(fits);
         }
-        report.judge(residues);
+        report.choose_profile(residues);
         let best = candidates
             .iter()
             .position(|own| Some(&own.name) == report.profile.as_ref());
-        // If the period is unclear, speeds and accelerations hardly depend on it.
+        // Speeds and accelerations hardly depend on the period, so any candidate will do.
         let best = best.or(report.untold.contains(&LawGap::Alike).then_some(0));
         let Some(ramps) = best.map(|best| &ramps[best]) else {
             return report;
         };
-        for (motion, ramp) in motions.told.iter().zip(ramps) {
+        for (motion, ramp) in motions.fitted.iter().zip(ramps) {
             let speeds = Speeds {
                 kind: match motion.along {
                     Along::Joint(_) => Kind::JointWay,
@@ -441,20 +447,20 @@ impl LawReport {
     }
 
     /// Chooses the best profile, unless another fits about as well.
-    fn judge(&mut self, mut residues: Vec<ProfileResidue>) {
+    fn choose_profile(&mut self, mut residues: Vec<ProfileResidue>) {
         residues.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
         for residue in &mut residues {
             (residue.mm, residue.deg) = (rounded(residue.mm), rounded(residue.deg));
         }
         let mut others = residues.iter();
         if let Some(best) = others.next() {
-            let clearly = |other: &ProfileResidue| {
+            let is_distinct = |other: &ProfileResidue| {
                 other.worst() > LIMIT && other.worst() > DISTINCTION_FACTOR * best.worst()
                     || other.period_ms == best.period_ms
             };
             if best.worst() > MAX_RESIDUE {
                 self.untold.push(LawGap::NoProfile);
-            } else if !others.all(clearly) {
+            } else if !others.all(is_distinct) {
                 self.untold.push(LawGap::Alike);
             } else {
                 self.profile = Some(best.profile.clone());
@@ -470,7 +476,7 @@ fn ratio(along: Along, speed: Option<f64>, acceleration: f64) -> Option<f64> {
     let power_up = &ArmModel::MAGICIAN.power_up;
     let (jog, ptp) = (&power_up.jog, &power_up.speeds());
     // 1 %: fitted speeds are less exact than poses.
-    let near = |a: f64, b: f64| (a - b).abs() <= 0.01 * b;
+    let is_near = |a: f64, b: f64| (a - b).abs() <= 0.01 * b;
     let percent = |share: f64| (share * 1000.0).round() / 10.0;
     let speed = speed?;
     let (jog, ptp) = match along {
@@ -493,11 +499,11 @@ fn ratio(along: Along, speed: Option<f64>, acceleration: f64) -> Option<f64> {
     };
     // The ratio of a jog scales the speed only, that of a move also the acceleration (model section
     // 6).
-    if near(acceleration, jog.1) && speed <= jog.0 * 1.01 {
+    if is_near(acceleration, jog.1) && speed <= jog.0 * 1.01 {
         return Some(percent(speed / jog.0));
     }
-    let (fast, steep) = (speed / ptp.0, acceleration / ptp.1);
-    (near(fast, steep) && fast <= 1.01).then(|| percent(fast))
+    let (speed_ratio, acceleration_ratio) = (speed / ptp.0, acceleration / ptp.1);
+    (is_near(speed_ratio, acceleration_ratio) && speed_ratio <= 1.01).then(|| percent(speed_ratio))
 }
 
 /// Rounds to a tenth of a micrometre, below the accuracy of poses.

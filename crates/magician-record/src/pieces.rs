@@ -191,7 +191,7 @@ impl<S: Sink> Decoder<S> {
             return Ok(());
         };
         while let Some(event) = deframer.next(&mut bytes) {
-            self.interpreter.tell(origin, event)?;
+            self.interpreter.handle_event(origin, event)?;
         }
         Ok(())
     }
@@ -252,7 +252,7 @@ impl<S: Sink> Decoder<S> {
             };
             deframer.expire();
             while let Some(event) = deframer.next(&mut &[][..]) {
-                self.interpreter.tell(origin, event)?;
+                self.interpreter.handle_event(origin, event)?;
             }
         }
         self.interpreter.end_noise()?;
@@ -262,7 +262,7 @@ impl<S: Sink> Decoder<S> {
 }
 
 impl<S: Sink> PieceInterpreter<S> {
-    fn tell(&mut self, origin: Origin<'_>, event: Event<'_>) -> Result<(), S::Error> {
+    fn handle_event(&mut self, origin: Origin<'_>, event: Event<'_>) -> Result<(), S::Error> {
         let place = |offset| Place { offset, origin };
         match event {
             Event::Noise { offset, bytes } => self.noise(place(offset), bytes),

@@ -15,8 +15,8 @@ use std::io::{self, Write};
 
 use magician_protocol::{Deframer, Direction, Event, INTER_BYTE_TIMEOUT_MS};
 
-/// Prefix of the name of the arm's own line in the trace of a proxy, which also has the lines of
-/// its programs.
+/// Prefix of the name of the arm's own line in the trace of a proxy. Such a trace also contains the
+/// lines of the proxy's clients.
 pub const LINE_OF_ARM: &str = "arm ";
 
 mod read;
@@ -123,8 +123,8 @@ impl<W: Write> TraceWriter<W> {
         Ok(TraceLink(self.links - 1))
     }
 
-    /// Records bytes of a link at a time (microseconds since 1970). They may be cut anywhere;
-    /// packets are written as frames complete.
+    /// Records bytes of a link with their time, microseconds since 1970. The bytes may be split
+    /// anywhere; a packet is written when its frame is complete.
     ///
     /// # Errors
     /// Errors of the writer.
@@ -186,7 +186,7 @@ impl<W: Write> TraceWriter<W> {
         })
     }
 
-    /// Writes a block in one piece, so that a kill leaves no half of it in a buffer.
+    /// Writes a block in one piece, so that a killed program leaves no partial block in a buffer.
     fn block(&mut self, kind: u32, fill: impl FnOnce(&mut Vec<u8>)) -> io::Result<()> {
         let block = &mut self.block;
         block.clear();
@@ -223,12 +223,13 @@ fn pad(block: &mut Vec<u8>) {
     block.resize(block.len().next_multiple_of(4), 0);
 }
 
-/// Direction of a link, cut into packets.
+/// One direction of a link: the deframer that splits it into packets, and the bytes not yet
+/// written.
 #[derive(Default)]
 struct Stream {
     deframer: Deframer,
     /// Bytes not yet in a packet; the first is at stream position `start`.
-    held: Vec<u8>,
+    unwritten: Vec<u8>,
     start: u64,
     time: u64,
 }
@@ -239,17 +240,17 @@ impl Stream {
         bytes: &[u8],
         mut packet: impl FnMut(&[u8]) -> io::Result<()>,
     ) -> io::Result<()> {
-        self.held.extend(bytes);
+        self.unwritten.extend(bytes);
         // Keep cutting after an error of the writer: the stream must not lose its position.
         let mut written = Ok(());
-        let mut cut = |held: &mut Vec<u8>, start: &mut u64, end: u64| {
-            let count = (end.saturating_sub(*start) as usize).min(held.len());
+        let mut cut = |unwritten: &mut Vec<u8>, start: &mut u64, end: u64| {
+            let count = (end.saturating_sub(*start) as usize).min(unwritten.len());
             if count > 0 {
-                let run = packet(&held[..count]);
+                let run = packet(&unwritten[..count]);
                 if written.is_ok() {
                     written = run;
                 }
-                held.drain(..count);
+                unwritten.drain(..count);
                 *start += count as u64;
             }
         };
@@ -257,12 +258,12 @@ impl Stream {
         while let Some(event) = self.deframer.next(&mut input) {
             if let Event::Frame { offset, frame } = event {
                 let end = offset + frame.bytes().len() as u64;
-                cut(&mut self.held, &mut self.start, offset);
-                cut(&mut self.held, &mut self.start, end);
+                cut(&mut self.unwritten, &mut self.start, offset);
+                cut(&mut self.unwritten, &mut self.start, end);
             }
         }
-        // Bytes that the deframer has passed belong to no frame and are due as a packet.
-        cut(&mut self.held, &mut self.start, self.deframer.offset());
+        // Bytes that the deframer has skipped belong to no frame; they become a packet.
+        cut(&mut self.unwritten, &mut self.start, self.deframer.offset());
         written
     }
 }

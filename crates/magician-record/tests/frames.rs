@@ -12,7 +12,7 @@ const GET_POSE: [u8; 6] = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6];
 const LEFT_SPACE: [u8; 10] = [0xAA, 0xAA, 0x06, 0xF7, 0x00, 0x20, 0x00, 0x00, 0x00, 0xE9];
 
 #[test]
-fn frames_that_came_in_parts_are_whole_and_what_is_none_is_told() {
+fn split_frames_are_joined_and_bytes_outside_frames_are_recorded() {
     let mut readings = Readings::new(Vec::new(), EPOCH, 50.0).unwrap();
     let mut pass =
         |t, direction, bytes: &[u8]| readings.passed(t, "usb", direction, bytes).unwrap();
@@ -27,7 +27,7 @@ fn frames_that_came_in_parts_are_whole_and_what_is_none_is_told() {
     pass(0.7, Request, &GET_POSE[..4]);
     let file = readings.into_file().unwrap();
     let (all, _) = read(&file);
-    let told: Vec<_> = { of(&all, "/frames").into_iter() }
+    let recorded: Vec<_> = { of(&all, "/frames").into_iter() }
         .map(|frame| {
             let value = &frame.value;
             let text = |name: &str| value[name].as_str().unwrap_or_default().to_owned();
@@ -39,19 +39,22 @@ fn frames_that_came_in_parts_are_whole_and_what_is_none_is_told() {
     };
     let space = "AAAA06F70020000000E9";
     assert_eq!(
-        told[..2],
+        recorded[..2],
         [
             frame(1000, "reply", space, "GetQueuedCmdLeftSpace"),
             frame(2000, "request", "AAAA020A00F6", "GetPose"),
         ]
     );
-    assert!(told.contains(&frame(3000, "reply", "0013", "")), "{told:?}");
     assert!(
-        told.contains(&frame(600_000, "request", "AAAA020A00F6", "GetPose")),
-        "{told:?}"
+        recorded.contains(&frame(3000, "reply", "0013", "")),
+        "{recorded:?}"
+    );
+    assert!(
+        recorded.contains(&frame(600_000, "request", "AAAA020A00F6", "GetPose")),
+        "{recorded:?}"
     );
     // All bytes are present, in order.
-    let sent: String = told
+    let sent: String = recorded
         .iter()
         .filter(|one| one.1 == "request")
         .map(|one| &*one.2)
@@ -76,12 +79,12 @@ fn the_frames_of_a_recording_are_a_trace() {
     let trace = trace_of(&file).unwrap();
     let packets: Vec<_> = read_trace(&trace).map(Result::unwrap).collect();
     let epoch = EPOCH / 1000;
-    let told: Vec<_> = packets
+    let recorded: Vec<_> = packets
         .iter()
         .map(|one| (one.time - epoch, one.direction))
         .collect();
     assert_eq!(
-        told,
+        recorded,
         [
             (100_000, Some(Request)),
             (100_000, Some(Reply)),

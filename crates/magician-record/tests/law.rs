@@ -18,7 +18,7 @@ use magician_sim::{Controller, LinkId, Profile};
 
 const NOON: u64 = 1_800_000_000_000_000;
 /// Interval between two poses: 23 per second, not a whole number of periods.
-const GAP_US: u64 = 43_000;
+const INTERVAL_US: u64 = 43_000;
 
 /// A host that reads poses of a virtual arm in virtual time, with a jittering clock.
 struct Host<'f> {
@@ -27,9 +27,9 @@ struct Host<'f> {
     arm: Controller,
     /// Largest error of the time of a pose, us.
     jitter: u64,
-    /// Delay of commands that the host does not know, us.
+    /// Delay of commands, unknown to the host, us.
     command_late: u64,
-    gap: u64,
+    interval: u64,
     random: u64,
     samples: Vec<Sample>,
 }
@@ -42,11 +42,11 @@ struct Log {
 
 impl Log {
     fn of(profile: Profile, fill: impl FnOnce(&mut Host<'_>)) -> Self {
-        Self::read_every(GAP_US, 2_000, profile, fill)
+        Self::read_every(INTERVAL_US, 2_000, profile, fill)
     }
 
     fn read_every(
-        gap: u64,
+        interval: u64,
         jitter: u64,
         profile: Profile,
         fill: impl FnOnce(&mut Host<'_>),
@@ -60,11 +60,12 @@ impl Log {
             arm: Controller::new(profile),
             jitter,
             command_late: 0,
-            gap,
+            interval,
             random: 1,
             samples: Vec::new(),
         };
-        // The phase of the periods is that of the arm.
+        // An arbitrary instant within a period: the host does not know the phase of the arm's
+        // periods.
         host.arm.advance(host.arm.now().after_micros(7_300));
         fill(&mut host);
         let samples = std::mem::take(&mut host.samples);
@@ -88,7 +89,7 @@ impl Log {
 }
 
 impl Host<'_> {
-    fn late(&mut self, most: u64) -> u64 {
+    fn random_up_to(&mut self, most: u64) -> u64 {
         self.random = self
             .random
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -97,52 +98,52 @@ impl Host<'_> {
     }
 
     /// Sends a command, which reaches the arm later than the host believes.
-    fn ask(&mut self, frame: &FrameBuf) {
-        let told = NOON + self.arm.now().as_micros();
+    fn send(&mut self, frame: &FrameBuf) {
+        let sent_at = NOON + self.arm.now().as_micros();
         let late = self.command_late;
         self.arm.advance(self.arm.now().after_micros(late));
         (self.trace)
-            .record(self.link, told, Request, frame.bytes())
+            .record(self.link, sent_at, Request, frame.bytes())
             .unwrap();
         let reply = self.arm.exchange(LinkId(9), frame.bytes()).remove(0);
         (self.trace)
-            .record(self.link, told + late, Reply, reply.bytes())
+            .record(self.link, sent_at + late, Reply, reply.bytes())
             .unwrap();
     }
 
     fn set(&mut self, set: impl Into<Set>, ctrl: Ctrl) {
-        self.ask(&FrameBuf::set(&set.into(), ctrl).unwrap());
+        self.send(&FrameBuf::set(&set.into(), ctrl).unwrap());
     }
 
     /// Reads poses for a while. Each request reaches the arm later than the host believes.
-    fn watch(&mut self, seconds: f64) {
+    fn read_poses(&mut self, seconds: f64) {
         let end = self.arm.now().after_micros((seconds * 1e6) as u64);
         let request = FrameBuf::get(&NoArgs, Pose::ROW).unwrap();
         while self.arm.now() < end {
-            let told = NOON + self.arm.now().as_micros();
-            let late = self.late(self.jitter);
+            let sent_at = NOON + self.arm.now().as_micros();
+            let late = self.random_up_to(self.jitter);
             self.arm.advance(self.arm.now().after_micros(late));
             (self.trace)
-                .record(self.link, told, Request, request.bytes())
+                .record(self.link, sent_at, Request, request.bytes())
                 .unwrap();
             let reply = self.arm.exchange(LinkId(9), request.bytes()).remove(0);
             (self.trace)
-                .record(self.link, told + 3_000, Reply, reply.bytes())
+                .record(self.link, sent_at + 3_000, Reply, reply.bytes())
                 .unwrap();
             let pose: Pose = reply.frame().read().unwrap();
             let [j1, j2, j3, j4] = pose.joint_angle;
             let values = [pose.x, pose.y, pose.z, pose.r, j1, j2, j3, j4].map(f64::from);
-            let t = (told - NOON) as f64 / 1e6;
+            let t = (sent_at - NOON) as f64 / 1e6;
             self.samples.push(Sample { t, values });
             self.arm
-                .advance(self.arm.now().after_micros(self.gap - late));
+                .advance(self.arm.now().after_micros(self.interval - late));
         }
     }
 
     fn begin(&mut self) {
         self.set(ClearAlarmsState {}, Ctrl::SET);
         self.set(QueuedCmdStartExec {}, Ctrl::SET);
-        self.watch(0.5);
+        self.read_poses(0.5);
     }
 
     fn jog(&mut self, is_joint: bool, cmd: u8, seconds: f64) {
@@ -152,9 +153,9 @@ impl Host<'_> {
             cmd: JogCommand::from(cmd),
         };
         self.set(jog(cmd), Ctrl::SET);
-        self.watch(seconds);
+        self.read_poses(seconds);
         self.set(jog(0), Ctrl::SET);
-        self.watch(1.5);
+        self.read_poses(1.5);
     }
 
     fn moves(&mut self, ptp_mode: PtpMode, [x, y, z, r]: [f32; 4]) {
@@ -166,7 +167,7 @@ impl Host<'_> {
             r,
         };
         self.set(ptp, Ctrl::QUEUED);
-        self.watch(4.0);
+        self.read_poses(4.0);
     }
 }
 
@@ -175,7 +176,7 @@ fn close(a: f64, b: f64) -> bool {
 }
 
 /// The speeds of one kind.
-fn of(report: &LawReport, kind: Kind) -> Speeds {
+fn speeds_of(report: &LawReport, kind: Kind) -> Speeds {
     let mut found = report.speeds.iter().filter(|speeds| speeds.kind == kind);
     *found
         .next()
@@ -199,7 +200,7 @@ fn jogs(host: &mut Host<'_>) {
 }
 
 #[test]
-fn jogs_of_a_virtual_arm_leave_no_residue_and_tell_period_acceleration_and_ratio() {
+fn jogs_leave_no_residue_and_reveal_period_acceleration_and_ratio() {
     let log = Log::of(Profile::default(), jogs);
     let report = log.by_commands();
     assert_zero(&report);
@@ -207,7 +208,7 @@ fn jogs_of_a_virtual_arm_leave_no_residue_and_tell_period_acceleration_and_ratio
         (report.basis, &report.untold[..]),
         (Basis::Commands, &[][..])
     );
-    let told = |kind, acceleration, speed| Speeds {
+    let speeds_at_half = |kind, acceleration, speed| Speeds {
         kind,
         acceleration,
         speed: Some(speed),
@@ -216,8 +217,8 @@ fn jogs_of_a_virtual_arm_leave_no_residue_and_tell_period_acceleration_and_ratio
     assert_eq!(
         report.speeds,
         [
-            told(Kind::JogSpace, 60.0, 30.0),
-            told(Kind::JogJoint, 50.0, 7.5)
+            speeds_at_half(Kind::JogSpace, 60.0, 30.0),
+            speeds_at_half(Kind::JogJoint, 50.0, 7.5)
         ]
     );
     let report = log.by_readings();
@@ -227,19 +228,22 @@ fn jogs_of_a_virtual_arm_leave_no_residue_and_tell_period_acceleration_and_ratio
         (Basis::Readings, &[][..])
     );
     assert_eq!(
-        of(&report, Kind::StraightWay),
-        told(Kind::StraightWay, 60.0, 30.0)
+        speeds_of(&report, Kind::StraightWay),
+        speeds_at_half(Kind::StraightWay, 60.0, 30.0)
     );
-    assert_eq!(of(&report, Kind::JointWay), told(Kind::JointWay, 50.0, 7.5));
+    assert_eq!(
+        speeds_of(&report, Kind::JointWay),
+        speeds_at_half(Kind::JointWay, 50.0, 7.5)
+    );
 }
 
 #[test]
-fn commands_that_came_a_period_beside_their_times_leave_no_residue() {
+fn commands_logged_in_a_neighbouring_period_leave_no_residue() {
     let log = Log::of(Profile::default(), |host| {
         host.begin();
         for (nth, cmd) in [2, 4, 1, 3, 2, 6, 1, 5].into_iter().enumerate() {
-            // Alternately just before the end of a period, and seemingly before but really after
-            // it.
+            // Alternately: sent and received just before the end of a period, and sent before the
+            // end but received after it.
             let (phase, late) = [(19_500, 400), (19_000, 2_500)][nth % 2];
             let now = host.arm.now().as_micros();
             host.arm
@@ -269,9 +273,9 @@ fn moves_from_point_to_point_leave_no_residue() {
     assert_zero(&log.by_commands());
     let report = log.by_readings();
     assert_zero(&report);
-    let line = of(&report, Kind::StraightWay);
+    let line = speeds_of(&report, Kind::StraightWay);
     assert!(close(line.acceleration, 100.0), "{report:#?}");
-    let joints = of(&report, Kind::JointWay);
+    let joints = speeds_of(&report, Kind::JointWay);
     assert!(close(joints.acceleration, 100.0), "{report:#?}");
 }
 
@@ -291,15 +295,15 @@ fn paths_arcs_jumps_and_homing_leave_no_residue_by_their_commands() {
             };
             host.set(cp, Ctrl::QUEUED);
         }
-        host.watch(3.0);
+        host.read_poses(3.0);
         let arc = ArcCmd {
             cir_point: [240.0, 0.0, 30.0, 0.0],
             to_point: [220.0, -40.0, 30.0, 0.0],
         };
         host.set(arc, Ctrl::QUEUED);
-        host.watch(4.0);
+        host.read_poses(4.0);
         host.set(HomeCmd { reserved: 0 }, Ctrl::QUEUED);
-        host.watch(25.0);
+        host.read_poses(25.0);
     });
     let report = log.by_commands();
     assert_zero(&report);
@@ -315,7 +319,7 @@ fn paths_arcs_jumps_and_homing_leave_no_residue_by_their_commands() {
 }
 
 #[test]
-fn an_arm_in_continuous_time_is_named() {
+fn continuous_time_is_identified_as_its_profile() {
     let log = Log::of(Profile::continuous(), jogs);
     for report in [log.by_commands(), log.by_readings()] {
         assert_eq!(report.profile.as_deref(), Some("continuous"), "{report:#?}");
@@ -326,7 +330,7 @@ fn an_arm_in_continuous_time_is_named() {
 }
 
 #[test]
-fn other_accelerations_and_ratios_are_told_whether_set_in_the_log_or_before() {
+fn changed_settings_are_found_whether_set_in_the_log_or_before() {
     let set = |host: &mut Host<'_>| {
         let params = JogCoordinateParams {
             velocity: [80.0; 4],
@@ -352,7 +356,7 @@ fn other_accelerations_and_ratios_are_told_whether_set_in_the_log_or_before() {
         ratio: Some(55.0),
     };
     assert_eq!(report.speeds, [expected]);
-    // Without the frames that set them.
+    // The same settings at power-up, without the frames that set them.
     let mut profile = Profile::default();
     profile.defaults.jog.coordinate_velocity = [80.0; 4];
     profile.defaults.jog.coordinate_acceleration = [120.0; 4];
@@ -366,14 +370,14 @@ fn other_accelerations_and_ratios_are_told_whether_set_in_the_log_or_before() {
     assert_zero(&report);
     assert_eq!(report.basis, Basis::Readings);
     assert_eq!(report.untold[0], LawGap::SetBefore);
-    let told = of(&report, Kind::StraightWay);
-    assert!(close(told.acceleration, 120.0), "{told:?}");
+    let measured = speeds_of(&report, Kind::StraightWay);
+    assert!(close(measured.acceleration, 120.0), "{measured:?}");
     assert!(
-        told.speed.is_some_and(|speed| close(speed, 44.0)),
-        "{told:?}"
+        measured.speed.is_some_and(|speed| close(speed, 44.0)),
+        "{measured:?}"
     );
     // 120 mm/s2 is not the acceleration of a power-up jog.
-    assert_eq!(told.ratio, None);
+    assert_eq!(measured.ratio, None);
     assert!(report.untold.contains(&LawGap::Ratio));
     // A profile with these settings fits the commands.
     let session = Replay::new(&before.trace).unwrap();
@@ -394,9 +398,9 @@ fn a_ratio_of_a_move_scales_speed_and_acceleration() {
     });
     let report = log.by_readings();
     assert_zero(&report);
-    let told = of(&report, Kind::StraightWay);
+    let measured = speeds_of(&report, Kind::StraightWay);
     assert_eq!(
-        (told.acceleration, told.speed, told.ratio),
+        (measured.acceleration, measured.speed, measured.ratio),
         (40.0, Some(40.0), Some(20.0))
     );
 }
@@ -417,13 +421,13 @@ fn noise_is_residue_and_hides_neither_period_nor_acceleration() {
     assert_eq!(report.profile.as_deref(), Some("3.6.14"), "{report:#?}");
     let best = &report.residues[0];
     assert!((0.003..0.015).contains(&best.mm), "{report:#?}");
-    let told = of(&report, Kind::StraightWay);
-    assert!((told.acceleration - 60.0).abs() < 1.0, "{told:?}");
+    let measured = speeds_of(&report, Kind::StraightWay);
+    assert!((measured.acceleration - 60.0).abs() < 1.0, "{measured:?}");
 }
 
 #[test]
-fn what_a_log_does_not_tell_is_said() {
-    let still = Log::of(Profile::default(), |host| host.watch(3.0));
+fn report_lists_what_a_log_does_not_reveal() {
+    let still = Log::of(Profile::default(), |host| host.read_poses(3.0));
     assert_eq!(still.by_commands().untold, [LawGap::AtRest]);
     assert_eq!(still.by_readings().untold, [LawGap::AtRest]);
 
@@ -445,12 +449,12 @@ fn what_a_log_does_not_tell_is_said() {
         (None, None, 0)
     );
 
-    // At whole periods steps look like ramps.
+    // Read at a multiple of the period, a motion in steps looks like a continuous one.
     let even = Log::read_every(100_000, 0, Profile::default(), jogs).by_readings();
     assert!(even.untold.contains(&LawGap::Alike), "{even:#?}");
     assert_eq!(even.period_ms, None);
     assert!(
-        close(of(&even, Kind::StraightWay).acceleration, 60.0),
+        close(speeds_of(&even, Kind::StraightWay).acceleration, 60.0),
         "{even:#?}"
     );
 
@@ -505,19 +509,19 @@ fn files(log: &Samples) -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn every_format_of_a_recording_tells_the_same() {
+fn all_recording_formats_give_the_same_result() {
     let log = Log::of(Profile::default(), jogs);
     for file in files(&log.readings) {
         let read = Samples::read(&file).unwrap();
         assert_eq!(read.samples.len(), log.readings.samples.len());
         let report = LawReport::of_samples(&read, None);
         assert_zero(&report);
-        assert_eq!(of(&report, Kind::StraightWay).acceleration, 60.0);
+        assert_eq!(speeds_of(&report, Kind::StraightWay).acceleration, 60.0);
     }
 }
 
 #[test]
-fn a_file_that_is_no_log_is_refused_with_the_reason() {
+fn file_that_is_not_a_log_is_refused_with_the_reason() {
     let read = |text: &str| Samples::read(text.as_bytes()).map(|log| (log.samples.len(), log.cut));
     let line = |line, what: &str| {
         Err(LogError::Line {
@@ -563,7 +567,7 @@ fn a_file_that_is_no_log_is_refused_with_the_reason() {
 }
 
 #[test]
-fn a_damaged_recording_is_refused_or_read_to_the_damage() {
+fn damaged_recording_is_refused_or_read_up_to_the_damage() {
     let log = Log::of(Profile::default(), jogs).readings;
     let file = files(&log).pop().unwrap();
     for end in [0, 8, 9, 100, file.len() / 2, file.len() - 1] {

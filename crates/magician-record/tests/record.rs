@@ -17,7 +17,7 @@ use magician_sim::{
     Speed, World,
 };
 use proptest::prelude::*;
-use recording::{EPOCH, Micros, Read, of, read};
+use recording::{EPOCH, Micros, RecordedMessage, of, read};
 use serde_json::{Value, json};
 
 const USB: LinkId = LinkId(0);
@@ -95,7 +95,7 @@ fn recorded(programme: &[u8], end: Micros, cuts: &[Micros]) -> Vec<u8> {
 }
 
 #[test]
-fn fifty_times_a_second_is_exact_and_equals_what_getpose_says_there() {
+fn samples_are_every_20_ms_and_equal_get_pose() {
     let (all, cut_off) = read(&recorded(&programme(), 8 * SECOND + 7, &[]));
     assert!(!cut_off);
     let (poses, joints) = (of(&all, "/pose"), of(&all, "/joints"));
@@ -136,7 +136,7 @@ fn fifty_times_a_second_is_exact_and_equals_what_getpose_says_there() {
 }
 
 #[test]
-fn a_turn_of_more_than_half_is_kept() {
+fn rotation_above_180_degrees_is_kept() {
     let mut profile = Profile::default();
     profile.power_up.joints = [130.0, 45.0, 45.0, 140.0];
     let arm = Controller::new(profile);
@@ -153,7 +153,7 @@ fn a_turn_of_more_than_half_is_kept() {
 #[test]
 fn what_changes_is_written_when_it_changes_and_every_second() {
     let (all, _) = read(&recorded(&programme(), 8 * SECOND, &[]));
-    let on = |read: &&&Read| read.value["suction"]["commanded"] == true;
+    let on = |read: &&&RecordedMessage| read.value["suction"]["commanded"] == true;
     let io = of(&all, "/io");
     let first = io.iter().find(on).unwrap();
     let finished = |index: u64| {
@@ -191,22 +191,25 @@ fn alarms_and_events_have_the_instant_at_which_they_came() {
         (333_000, &json!(true))
     );
     let events = of(&all, "/events");
-    let told = |text: &str| {
+    let time_of = |text: &str| {
         let found = events.iter().find(|read| {
             let message = read.value["message"].as_str().unwrap();
             message.starts_with(text)
         });
         found.unwrap_or_else(|| panic!("{text}: {events:#?}")).at
     };
-    assert_eq!(told("alarm 0x00"), 0);
-    assert_eq!(told("2 WAITCmd finished"), 333_000);
+    assert_eq!(time_of("alarm 0x00"), 0);
+    assert_eq!(time_of("2 WAITCmd finished"), 333_000);
     let name = raised.value["standing"][0]["name"].as_str().unwrap();
     let code = raised.value["standing"][0]["code"].as_u64().unwrap();
-    assert_eq!(told(&format!("alarm {code:#04x} {name} raised")), 333_000);
+    assert_eq!(
+        time_of(&format!("alarm {code:#04x} {name} raised")),
+        333_000
+    );
 }
 
 #[test]
-fn rail_and_pins_are_there_once_the_arm_knows_of_them() {
+fn rail_and_pins_are_recorded_after_they_are_set() {
     let programme = [
         start(),
         request(3, Ctrl::SET, &[1, 0]),
@@ -215,7 +218,7 @@ fn rail_and_pins_are_there_once_the_arm_knows_of_them() {
     ]
     .concat();
     let (all, _) = read(&recorded(&programme, PERIOD, &[]));
-    let names = |read: &Read| -> Vec<String> {
+    let names = |read: &RecordedMessage| -> Vec<String> {
         let joints = read.value["joints"].as_array().unwrap();
         let names = joints.iter().map(|joint| joint["name"].as_str().unwrap());
         names.map(str::to_owned).collect()
@@ -244,7 +247,7 @@ at = [220, 0]
 "#;
 
 #[test]
-fn what_happens_in_the_world_is_told_by_name() {
+fn world_events_name_the_object() {
     let scenario = Scenario::from_toml(BRICK).unwrap();
     let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
     let mut recorder = Recorder::new(Vec::new(), EPOCH).unwrap();
@@ -266,8 +269,8 @@ fn what_happens_in_the_world_is_told_by_name() {
     arm.advance_observed(at(8 * SECOND), &mut recorder);
     let (all, _) = read(&recorder.finish().unwrap());
     let events = of(&all, "/events");
-    let told = |text| events.iter().any(|read| read.value["message"] == text);
-    assert!(told("the tool takes brick"), "{events:#?}");
+    let is_recorded = |text| events.iter().any(|read| read.value["message"] == text);
+    assert!(is_recorded("the tool takes brick"), "{events:#?}");
     assert_eq!(of(&all, "/io").last().unwrap().value["holding"], true);
 }
 
@@ -305,10 +308,10 @@ fn drive(
     }
 }
 
-type Watching = Arc<Mutex<Recorder<Shared>>>;
+type SharedRecorder = Arc<Mutex<Recorder<Shared>>>;
 
 /// Records a runner's arm from now on.
-fn watch(runner: &mut Runner, out: Shared) -> Watching {
+fn watch(runner: &mut Runner, out: Shared) -> SharedRecorder {
     let recorder = Recorder::new(out, EPOCH).unwrap();
     let recorder = Arc::new(Mutex::new(recorder));
     runner.observe(Arc::clone(&recorder));
@@ -316,13 +319,13 @@ fn watch(runner: &mut Runner, out: Shared) -> Watching {
 }
 
 /// The finished file.
-fn file_of(mut runner: Runner, recorder: Watching) -> Vec<u8> {
+fn file_of(mut runner: Runner, recorder: SharedRecorder) -> Vec<u8> {
     runner.unobserve();
     let recorder = Arc::into_inner(recorder).unwrap().into_inner().unwrap();
     recorder.finish().unwrap().0.lock().unwrap().clone()
 }
 
-fn visits() -> Vec<(Micros, LinkId, Vec<u8>)> {
+fn timed_inputs() -> Vec<(Micros, LinkId, Vec<u8>)> {
     vec![
         (5_000, LinkId(0), programme()),
         (31_007, LinkId(1), get_pose()),
@@ -345,14 +348,14 @@ fn line() -> LineTiming {
 }
 
 #[test]
-fn looking_on_changes_nothing() {
+fn recording_changes_neither_replies_nor_state() {
     for speed in RUNNER_SPEEDS {
         let mut plain = Runner::new(Controller::default(), speed, line());
         let mut watched = Runner::new(Controller::default(), speed, line());
         watched.observe(Recorder::new(Vec::new(), EPOCH).unwrap());
         let seen = [
-            drive(&mut plain, &visits(), &[], 2 * SECOND),
-            drive(&mut watched, &visits(), &[], 2 * SECOND),
+            drive(&mut plain, &timed_inputs(), &[], 2 * SECOND),
+            drive(&mut watched, &timed_inputs(), &[], 2 * SECOND),
         ];
         assert_eq!(seen[0], seen[1], "{speed}");
         assert_eq!(seen[0].len(), 12);
@@ -366,7 +369,7 @@ fn the_grid_is_exact_at_every_speed_and_however_the_clock_leaps() {
         let run = |extra: &[Micros]| {
             let mut runner = Runner::new(Controller::default(), speed, line());
             let recorder = watch(&mut runner, Shared::default());
-            drive(&mut runner, &visits(), extra, 2 * SECOND);
+            drive(&mut runner, &timed_inputs(), extra, 2 * SECOND);
             let end = runner.controller().now().as_micros();
             let file = file_of(runner, recorder);
             (file, end)
@@ -384,7 +387,7 @@ fn the_grid_is_exact_at_every_speed_and_however_the_clock_leaps() {
 }
 
 #[test]
-fn frames_have_both_directions_names_and_what_was_wrong_with_them() {
+fn recorded_frames_have_direction_link_and_error() {
     let mut runner = Runner::new(
         Controller::default(),
         Speed::default(),
@@ -536,7 +539,7 @@ fn a_full_disk_ends_the_recording_and_not_the_arm() {
     );
     let recorder = watch(&mut runner, shared.clone());
     *shared.1.lock().unwrap() = Some(20_000);
-    let replies = drive(&mut runner, &visits(), &[], 3 * SECOND);
+    let replies = drive(&mut runner, &timed_inputs(), &[], 3 * SECOND);
     assert_eq!(replies.len(), 12);
     let recorder = recorder.lock().unwrap();
     assert_eq!(recorder.next_sample(), None);
@@ -580,7 +583,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn cuts_of_time_do_not_change_the_file(
+    fn advancing_in_steps_gives_the_same_file(
         mut cuts in prop::collection::vec(0u64..4 * SECOND, 0..12),
     ) {
         cuts.sort_unstable();

@@ -10,7 +10,7 @@ use magician_protocol::{Ctrl, FrameBuf};
 use magician_record::mcap::{Plane, Readings, Recorder};
 use magician_record::{Reading, WriteReadings};
 use magician_sim::{ArmInstant, Controller, LinkId, Observer, Profile, Scenario, World};
-use recording::{EPOCH, Micros, Read, of, read};
+use recording::{EPOCH, Micros, RecordedMessage, of, read};
 use serde_json::Value;
 
 const USB: LinkId = LinkId(0);
@@ -52,7 +52,7 @@ fn times(matrix: &Matrix, vector: Vector) -> Vector {
 
 /// Returns the root of a coordinate frame, and the position in the root of a point given in that
 /// frame, by the transforms in `/tf` up to an instant.
-fn placed(all: &[Read], until: Micros, frame: &str, point: Vector) -> (String, Vector) {
+fn placed(all: &[RecordedMessage], until: Micros, frame: &str, point: Vector) -> (String, Vector) {
     let mut frames = BTreeMap::new();
     for read in of(all, "/tf").into_iter().filter(|read| read.at <= until) {
         frames.insert(read.value["child_frame_id"].as_str().unwrap(), &read.value);
@@ -96,7 +96,7 @@ fn recorded(mut arm: Controller, program: &[u8], seconds: Micros) -> (Vec<u8>, C
     (recorder.finish().unwrap(), arm)
 }
 
-fn drawn() -> (Vec<Read>, Controller) {
+fn drawn() -> (Vec<RecordedMessage>, Controller) {
     let scenario = Scenario::from_toml(PAPER).unwrap();
     let world = World::from_scenario(&scenario);
     let arm = Controller::in_world(Profile::default(), world).with_tool(ToolBias::PEN);
@@ -116,7 +116,7 @@ fn drawn() -> (Vec<Read>, Controller) {
 }
 
 #[test]
-fn the_frames_lead_to_the_pose() {
+fn transforms_compose_to_the_recorded_pose() {
     let (all, _) = drawn();
     let mut turned = 0;
     for pose in of(&all, "/pose") {
@@ -145,7 +145,7 @@ fn the_frames_lead_to_the_pose() {
 }
 
 #[test]
-fn a_frame_is_written_when_it_has_turned_and_with_every_tenth_sample_at_most() {
+fn transform_is_written_when_changed_at_most_every_tenth_sample() {
     let (all, _) = drawn();
     let mut written = BTreeMap::<_, Vec<Micros>>::new();
     for read in of(&all, "/tf") {
@@ -163,7 +163,7 @@ fn a_frame_is_written_when_it_has_turned_and_with_every_tenth_sample_at_most() {
 }
 
 /// Lines visible at the end: pairs of points, m.
-fn lines(all: &[Read]) -> Vec<[Vector; 2]> {
+fn lines(all: &[RecordedMessage]) -> Vec<[Vector; 2]> {
     let mut entities = BTreeMap::new();
     for read in of(all, "/scene") {
         if read.value["deletions"]
@@ -253,7 +253,7 @@ fn every_link_is_seen_in_a_frame_of_its_own_from_the_beginning_on() {
 }
 
 /// Readings of an arm that draws a line on paper, 20 per second.
-fn readings(paper: Option<Plane>) -> Vec<Read> {
+fn readings(paper: Option<Plane>) -> Vec<RecordedMessage> {
     let mut readings = Readings::new(Vec::new(), EPOCH, 20.0).unwrap();
     if let Some(paper) = paper {
         readings = readings.on_paper(paper);
@@ -307,7 +307,7 @@ fn a_host_finds_the_tool_of_its_readings_and_the_frames_lead_to_the_pose() {
 }
 
 #[test]
-fn a_host_knows_of_strokes_where_it_was_told_of_the_paper() {
+fn host_recording_has_strokes_only_with_a_paper_plane() {
     assert_eq!(lines(&readings(None)), Vec::<[Vector; 2]>::new());
     let paper = Plane {
         height: -50.0,
@@ -318,7 +318,7 @@ fn a_host_knows_of_strokes_where_it_was_told_of_the_paper() {
 }
 
 #[test]
-fn an_arm_that_never_rests_costs_less_than_thirty_percent_more() {
+fn scene_and_transforms_add_less_than_30_percent_to_the_file() {
     let there_and_back: Vec<[f32; 4]> = (0..30)
         .map(|nth| {
             [

@@ -61,7 +61,7 @@ pub(super) struct Motion {
 /// Motions found in readings.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Motions {
-    pub(super) told: Vec<Motion>,
+    pub(super) fitted: Vec<Motion>,
     /// Number of motions with too few readings.
     pub(super) sparse: usize,
     /// Number of motions that are straight neither in space nor in the joints, or that reverse.
@@ -71,7 +71,7 @@ pub(super) struct Motions {
     /// Number of motions cut by the start or the end of the log.
     pub(super) open: usize,
     /// Number of motions not fitted because of [`MAX_FITTED_MOTIONS`].
-    pub(super) left: usize,
+    pub(super) skipped: usize,
     /// True if no two readings differ.
     pub(super) at_rest: bool,
     /// Number of readings during motions.
@@ -162,10 +162,10 @@ impl Motions {
             _ if farthest < MIN_MOTION => self.short += 1,
             _ if on_way < MIN_READINGS => self.sparse += 1,
             None => self.bent += 1,
-            Some(_) if self.told.len() >= MAX_FITTED_MOTIONS => self.left += 1,
+            Some(_) if self.fitted.len() >= MAX_FITTED_MOTIONS => self.skipped += 1,
             Some(line) => {
                 let t = |at: usize| samples[at].t;
-                self.told.push(Motion {
+                self.fitted.push(Motion {
                     along: line.along,
                     length: line.length,
                     places: way.iter().map(|sample| sample.t).zip(line.places).collect(),
@@ -356,9 +356,9 @@ impl Motion {
     }
 
     /// Returns the highest mean speed that the readings show over at least 0.3 of the duration.
-    fn steady_speed(&self, lasting: f64) -> f64 {
-        let mean = self.length / lasting;
-        let least = 0.3 * lasting;
+    fn steady_speed(&self, duration: f64) -> f64 {
+        let mean = self.length / duration;
+        let least = 0.3 * duration;
         let speeds = self.places.iter().enumerate().filter_map(|(at, from)| {
             let later = self.places[at..].iter().find(|to| to.0 - from.0 >= least)?;
             Some((later.1 - from.1) / (later.0 - from.0))
@@ -370,9 +370,9 @@ impl Motion {
     fn guesses(&self, law: MotionLaw) -> Vec<(f64, Guess)> {
         let middle = |(a, b): (f64, f64)| 0.5 * (a + b);
         let [begin, end] = self.ends.map(middle);
-        let lasting = (end - begin).max(0.01);
+        let duration = (end - begin).max(0.01);
         let gap = self.ends.iter().map(|(a, b)| b - a).fold(0.0, f64::max);
-        let fastest = self.steady_speed(lasting);
+        let fastest = self.steady_speed(duration);
         let reach = 0.5 * gap + 0.01;
         let mut best: Vec<(f64, Guess)> = Vec::new();
         for faster in FASTER {
@@ -380,7 +380,7 @@ impl Motion {
             let cruise = self.length / velocity;
             // The ramp takes what remains of the duration after the cruise. Readings at its slow
             // ends count as rest, and the longer the ramp, the more of them do.
-            let ramp = (lasting - cruise).max(0.0);
+            let ramp = (duration - cruise).max(0.0);
             let least = (ramp - gap - 0.01).max(0.01);
             let unseen = 2.0 * libm::sqrt(2.0 * REST_TOLERANCE * ramp.max(0.02) / velocity);
             let most = (ramp + gap + 0.01 + unseen).min(1.05 * cruise);
@@ -425,14 +425,14 @@ impl Motion {
         sum
     }
 
-    /// Calls `tell` with the distance of each reading from a profile, at its own time and at the
+    /// Calls `visit` with the distance of each reading from a profile, at its own time and at the
     /// best time within the jitter, until it returns false.
     fn distances(
         &self,
         law: MotionLaw,
         limits: KinematicLimits,
         middle: f64,
-        mut tell: impl FnMut(f64, f64) -> bool,
+        mut visit: impl FnMut(f64, f64) -> bool,
     ) {
         let profile = law.rest_to_rest(self.length, &limits);
         let begin = middle - 0.5 * limits.least_time(self.length);
@@ -455,7 +455,7 @@ impl Motion {
             } else {
                 (seen - seen.clamp(early, late)).abs()
             };
-            if !tell(off, best) {
+            if !visit(off, best) {
                 return;
             }
         }

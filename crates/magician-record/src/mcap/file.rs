@@ -13,7 +13,7 @@ use super::message::Time;
 
 /// Most bytes of a chunk. It is closed every second in any case, so this only bounds the memory of
 /// busy seconds.
-const CHUNK: u64 = 256 * 1024;
+const MAX_CHUNK_BYTES: u64 = 256 * 1024;
 
 /// Topic of a message.
 #[derive(Clone, Copy)]
@@ -105,7 +105,7 @@ impl<W: Write> File<W> {
         let options = WriteOptions::new()
             .compression(None)
             .disable_seeking(true)
-            .chunk_size(Some(CHUNK))
+            .chunk_size(Some(MAX_CHUNK_BYTES))
             .library(concat!("magician ", env!("CARGO_PKG_VERSION")));
         let mut writer = options.create(NoSeek::new(out)).map_err(io_error)?;
         let metadata = Metadata {

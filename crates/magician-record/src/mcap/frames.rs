@@ -17,7 +17,7 @@ pub(super) struct FrameLine {
     pub(super) name: String,
     deframer: Deframer,
     /// Time of the latest bytes.
-    heard: Micros,
+    last_bytes_at: Micros,
 }
 
 impl FrameLine {
@@ -25,12 +25,12 @@ impl FrameLine {
         Self {
             name: name.into(),
             deframer: Deframer::new(),
-            heard: 0,
+            last_bytes_at: 0,
         }
     }
 
     /// Writes every frame that the bytes complete, and bytes outside of frames.
-    pub(super) fn heard<W: Write>(
+    pub(super) fn push_bytes<W: Write>(
         &mut self,
         file: &mut File<W>,
         now: Micros,
@@ -45,7 +45,7 @@ impl FrameLine {
                     write_frame(file, now, name, &frame, direction)?;
                     continue;
                 }
-                Event::Rejected { bytes, reason, .. } => (bytes, word(reason)),
+                Event::Rejected { bytes, reason, .. } => (bytes, error_code(reason)),
                 Event::Noise { bytes, .. } => (bytes, "noise"),
             };
             file.write(Topic::Frames, now, |timestamp| Message {
@@ -56,8 +56,9 @@ impl FrameLine {
         Ok(())
     }
 
-    /// Like [`heard`](Self::heard), but ends a partial frame if the line was silent before.
-    pub(super) fn passed<W: Write>(
+    /// Like [`push_bytes`](Self::push_bytes), but ends a partial frame if the line was silent
+    /// before.
+    pub(super) fn push_bytes_after_silence<W: Write>(
         &mut self,
         file: &mut File<W>,
         now: Micros,
@@ -65,11 +66,11 @@ impl FrameLine {
         bytes: &[u8],
     ) -> io::Result<()> {
         // The same timeout as in the controller (E04).
-        if now.saturating_sub(self.heard) >= INTER_BYTE_TIMEOUT_MS * 1000 {
+        if now.saturating_sub(self.last_bytes_at) >= INTER_BYTE_TIMEOUT_MS * 1000 {
             self.silence(file, now, direction)?;
         }
-        self.heard = now;
-        self.heard(file, now, direction, bytes)
+        self.last_bytes_at = now;
+        self.push_bytes(file, now, direction, bytes)
     }
 
     /// Gives up a partial frame.
@@ -80,7 +81,7 @@ impl FrameLine {
         direction: Direction,
     ) -> io::Result<()> {
         self.deframer.expire();
-        self.heard(file, now, direction, &[])
+        self.push_bytes(file, now, direction, &[])
     }
 }
 
@@ -102,7 +103,7 @@ impl HostLine {
         &self.requests.name
     }
 
-    pub(super) fn passed<W: Write>(
+    pub(super) fn push_bytes_after_silence<W: Write>(
         &mut self,
         file: &mut File<W>,
         now: Micros,
@@ -113,7 +114,7 @@ impl HostLine {
             Direction::Request => &mut self.requests,
             Direction::Reply => &mut self.replies,
         };
-        line.passed(file, now, direction, bytes)
+        line.push_bytes_after_silence(file, now, direction, bytes)
     }
 
     /// Gives up partial frames at the end of the recording.
@@ -216,7 +217,7 @@ impl<'a> Message<'a> {
     }
 }
 
-const fn word(reason: Rejection) -> &'static str {
+const fn error_code(reason: Rejection) -> &'static str {
     match reason {
         Rejection::Checksum { .. } => "checksum",
         Rejection::Length(_) => "length",

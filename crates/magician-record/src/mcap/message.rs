@@ -5,7 +5,7 @@ use magician_protocol::{Alarm, AlarmSet};
 use serde::Serialize;
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
-/// Frame of reference of poses: that of the arm's coordinates.
+/// Name of the coordinate frame of poses: the arm's own coordinates.
 const BASE: &str = "base";
 
 /// An instant in the form of Foxglove's schemas.
@@ -55,7 +55,8 @@ struct Quaternion {
 impl PoseInFrame {
     pub(super) fn new(timestamp: Time, pose: &Pose) -> Self {
         let [x, y, z, r] = pose.to_array();
-        // Not normalised: the whole angle, with its turns, is twice that of (z, w).
+        // The sign is not normalised to w >= 0, so that r = 2 atan2(z, w) also gives angles beyond
+        // half a turn.
         let half = r.to_radians() / 2.0;
         Self {
             timestamp,

@@ -99,7 +99,7 @@ impl<W: Write> Readings<W> {
             self.lines.push(HostLine::of(line));
             self.lines.len() - 1
         });
-        self.lines[known].passed(&mut self.file, micros(t), direction, bytes)
+        self.lines[known].push_bytes_after_silence(&mut self.file, micros(t), direction, bytes)
     }
 
     /// Writes summary and index and returns the writer.
@@ -202,18 +202,18 @@ impl<W: Write> Readings<W> {
         &mut self,
         now: Micros,
         all: bool,
-        stance: &ArmConfiguration,
+        configuration: &ArmConfiguration,
         pose: &Pose,
     ) -> io::Result<()> {
         let tip = [pose.x, pose.y, pose.z];
         let touches = self.paper.is_some_and(|paper| paper.has(tip));
         // Strokes are in the frame of the rail, where the arm slides along Y.
-        let along = stance.rail.unwrap_or(0.0);
+        let along = configuration.rail.unwrap_or(0.0);
         self.draw(touches.then_some([pose.x, pose.y + along, pose.z]));
         if now >= self.transforms.0 {
             let period = self.transforms.1;
             self.transforms.0 = (now / period + 1).saturating_mul(period);
-            self.scene.follow(&mut self.file, now, stance)?;
+            self.scene.follow(&mut self.file, now, configuration)?;
         }
         if all {
             self.scene.show(&mut self.file, now)?;
@@ -244,12 +244,12 @@ impl<W: Write> WriteReadings for Readings<W> {
         file.write(Topic::Joints, now, |t| {
             Joints::new(t, &joints, reading.rail)
         })?;
-        let stance = ArmConfiguration {
+        let configuration = ArmConfiguration {
             tool: tool_of(&pose, &joints),
             joints,
             rail: reading.rail,
         };
-        self.write_scene(now, all, &stance, &pose)?;
+        self.write_scene(now, all, &configuration, &pose)?;
         let file = &mut self.file;
         let queue = |of: &Reading| (of.capacity, of.left_space, of.index);
         if last.is_none_or(|last| queue(&last) != queue(reading)) {

@@ -150,12 +150,12 @@ impl<W: Write> Recorder<W> {
     ) -> io::Result<()> {
         let now = state.now.as_micros();
         let scene = { &mut self.scene }.get_or_insert_with(|| Scene::of(*arm.arm_model(), PERIOD));
-        let stance = ArmConfiguration {
+        let configuration = ArmConfiguration {
             joints: state.joints,
             tool: state.tool,
             rail: state.rail,
         };
-        scene.follow(&mut self.file, now, &stance)?;
+        scene.follow(&mut self.file, now, &configuration)?;
         if full_second {
             if let Some(drawing) = arm.world().drawing() {
                 let table = { arm.world().scenario() }.and_then(|scenario| scenario.table());
@@ -267,7 +267,9 @@ impl<W: Write> Observer for Recorder<W> {
     }
 
     fn request_bytes(&mut self, now: ArmInstant, link: LinkId, bytes: &[u8]) {
-        self.attempt(|Self { lines, file, .. }| lines.heard(file, now.as_micros(), link, bytes));
+        self.attempt(|Self { lines, file, .. }| {
+            lines.push_bytes(file, now.as_micros(), link, bytes)
+        });
     }
 
     fn silence(&mut self, now: ArmInstant, link: LinkId) {
@@ -275,7 +277,9 @@ impl<W: Write> Observer for Recorder<W> {
     }
 
     fn reply(&mut self, now: ArmInstant, link: LinkId, frame: &FrameBuf) {
-        self.attempt(|Self { lines, file, .. }| lines.answered(file, now.as_micros(), link, frame));
+        self.attempt(|Self { lines, file, .. }| {
+            lines.push_reply(file, now.as_micros(), link, frame)
+        });
     }
 
     fn closed(&mut self, link: LinkId) {

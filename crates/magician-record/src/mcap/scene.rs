@@ -87,17 +87,17 @@ impl Scene {
         &mut self,
         file: &mut File<W>,
         now: Micros,
-        stance: &ArmConfiguration,
+        configuration: &ArmConfiguration,
     ) -> io::Result<()> {
-        let on_rail = stance.rail.is_some();
-        if (self.tool, self.rail.is_some()) != (stance.tool, on_rail) {
+        let on_rail = configuration.rail.is_some();
+        if (self.tool, self.rail.is_some()) != (configuration.tool, on_rail) {
             // The links have other lengths, so their shapes must be written again.
             self.due = 0;
         }
-        (self.tool, self.rail) = (stance.tool, stance.rail);
-        let links = self.model.links(stance.tool, on_rail);
+        (self.tool, self.rail) = (configuration.tool, configuration.rail);
+        let links = self.model.links(configuration.tool, on_rail);
         for (at, link) in links.iter().enumerate() {
-            let Some((parent, placed)) = frame_of(link, &links[0], stance) else {
+            let Some((parent, placed)) = frame_of(link, &links[0], configuration) else {
                 continue;
             };
             if self.placed[at] != Some(placed) {
@@ -170,18 +170,20 @@ fn name(link: &Link) -> &'static str {
 fn frame_of(
     link: &Link,
     first: &Link,
-    stance: &ArmConfiguration,
+    configuration: &ArmConfiguration,
 ) -> Option<(&'static str, Placed)> {
     let Some(parent) = link.parent else {
-        let along = link.axis.map(|axis| axis * stance.rail.unwrap_or(0.0));
+        let along = link
+            .axis
+            .map(|axis| axis * configuration.rail.unwrap_or(0.0));
         let placed = Placed::at(Xyz::millimetres(along), Rotation::NONE);
-        return stance.rail.map(|_| (RAIL, placed));
+        return configuration.rail.map(|_| (RAIL, placed));
     };
     // In a recording the first link's frame is the arm's own, so its offset is added to that of its
     // children.
     let carried = parent == first.name;
     let at = [0, 1, 2].map(|axis| link.at[axis] + if carried { first.at[axis] } else { 0.0 });
-    let angle = { link.joint }.map_or(0.0, |joint: LinkJoint| joint.angle(&stance.joints));
+    let angle = { link.joint }.map_or(0.0, |joint: LinkJoint| joint.angle(&configuration.joints));
     let turned = Rotation::about(link.axis, angle);
     let parent = if carried { BASE } else { parent };
     Some((parent, Placed::at(Xyz::millimetres(at), turned)))
@@ -195,7 +197,7 @@ fn solid(link: &Link) -> (Shape, Solid) {
         .then(Rotation::about([0.0, 0.0, 1.0], z));
     let middle = match link.shape {
         Shape::Sphere => [0.0; 3],
-        Shape::Box | Shape::Cylinder => turned.turn([0.0, 0.0, link.size[2] / 2.0]),
+        Shape::Box | Shape::Cylinder => turned.rotate([0.0, 0.0, link.size[2] / 2.0]),
     };
     // In a recording the first link's frame is the arm's own, so the shape has the link's offset.
     let from = if link.parent.is_none() {

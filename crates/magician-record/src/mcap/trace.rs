@@ -36,7 +36,7 @@ pub enum FramesError {
     Empty,
 }
 
-/// Bytes of a line.
+/// Bytes of one message: a frame, or bytes outside of frames.
 struct Packet {
     time: u64,
     link: String,
@@ -94,7 +94,7 @@ fn packet(time: u64, text: &[u8]) -> Option<Packet> {
         "reply" => Direction::Reply,
         _ => return None,
     };
-    let digit = |sign: u8| char::from(sign).to_digit(16);
+    let digit = |letter: u8| char::from(letter).to_digit(16);
     let pair = |pair: &[u8]| match pair {
         [high, low] => Some((digit(*high)? * 16 + digit(*low)?) as u8),
         _ => None,

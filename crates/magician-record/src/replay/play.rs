@@ -14,7 +14,7 @@ use magician_protocol::{
 
 use super::compare::Comparer;
 use super::report::{Difference, DifferenceKind, Report};
-use super::residue::Poses;
+use super::residue::PoseComparison;
 use super::{Packet, Replay};
 use magician_sim::{ArmClock, ArmInstant, Controller, HostInstant, LinkId, Observer, Speed};
 
@@ -48,7 +48,7 @@ pub struct Play<'r, 'a> {
     next: usize,
     links: BTreeMap<u32, Link>,
     comparer: Comparer,
-    poses: Poses,
+    poses: PoseComparison,
     /// Time of the latest command that sets or queues something.
     commanded: Option<HostInstant>,
     report: Report,
@@ -112,7 +112,7 @@ impl<'r, 'a> Play<'r, 'a> {
         Self {
             clock: ArmClock::new(replay.clock, arm.now()),
             comparer: Comparer::new(replay.tolerances, replay.ignored.clone()),
-            poses: Poses::default(),
+            poses: PoseComparison::default(),
             commanded: None,
             answered: replay.packets.iter().any(replies),
             replay,

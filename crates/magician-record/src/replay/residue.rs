@@ -7,12 +7,12 @@ pub(crate) type Values = [f64; 8];
 
 /// Comparison of the poses of a session.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Poses {
+pub(super) struct PoseComparison {
     /// The previous recorded pose.
     last: Option<Values>,
 }
 
-impl Poses {
+impl PoseComparison {
     /// Returns the distance, mm and deg, of a recorded pose from the nearest pose that the virtual
     /// arm answers at consecutive instants, and whether the recorded pose differs from the previous
     /// recorded one. `None` if the recorded answer is not a pose.
@@ -70,14 +70,14 @@ fn distance(one: &Values, other: &Values) -> [f64; 2] {
 fn nearest(pose: &Values, from: &Values, to: &Values) -> Values {
     let (mut along, mut square) = (0.0, 0.0);
     for nth in 0..8 {
-        let way = to[nth] - from[nth];
-        along += (pose[nth] - from[nth]) * way;
-        square += way * way;
+        let step = to[nth] - from[nth];
+        along += (pose[nth] - from[nth]) * step;
+        square += step * step;
     }
-    let share = if square > 0.0 {
+    let fraction = if square > 0.0 {
         (along / square).clamp(0.0, 1.0)
     } else {
         0.0
     };
-    std::array::from_fn(|nth| from[nth] + share * (to[nth] - from[nth]))
+    std::array::from_fn(|nth| from[nth] + fraction * (to[nth] - from[nth]))
 }

@@ -7,18 +7,18 @@ use serde_json::{Value, json};
 /// Microseconds since the start of the recording.
 pub(crate) type Micros = u64;
 
-/// An epoch whose nanoseconds are not round.
+/// Epoch of the recordings, ns since 1970: not a whole second.
 pub(crate) const EPOCH: u64 = 1_800_000_000_123_000_000;
 /// A message read back.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Read {
+pub(crate) struct RecordedMessage {
     pub(crate) topic: String,
     pub(crate) at: Micros,
     pub(crate) value: Value,
 }
 
 /// Messages of a file in the order of writing, and whether the file is incomplete.
-pub(crate) fn read(file: &[u8]) -> (Vec<Read>, bool) {
+pub(crate) fn read(file: &[u8]) -> (Vec<RecordedMessage>, bool) {
     let (mut all, mut schemas) = (Vec::new(), BTreeMap::new());
     let options = mcap::read::Options::IgnoreEndMagic.into();
     for message in mcap::MessageStream::new_with_options(file, options).expect("a recording") {
@@ -50,7 +50,7 @@ pub(crate) fn read(file: &[u8]) -> (Vec<Read>, bool) {
             ]
         );
         check(schema, &value);
-        all.push(Read {
+        all.push(RecordedMessage {
             topic: message.channel.topic.clone(),
             at: since / 1000,
             value,
@@ -59,8 +59,8 @@ pub(crate) fn read(file: &[u8]) -> (Vec<Read>, bool) {
     (all, false)
 }
 
-/// Validates the keywords of JSON Schema in use, and refuses properties that the schema does not
-/// name.
+/// Validates a value by the keywords of JSON Schema that the schemas use, and refuses properties
+/// that the schema does not name.
 fn check(schema: &Value, value: &Value) {
     if let Some(choices) = schema.get("oneOf") {
         let choices = choices.as_array().expect("a list");
@@ -102,6 +102,6 @@ fn check(schema: &Value, value: &Value) {
     }
 }
 
-pub(crate) fn of<'a>(all: &'a [Read], topic: &str) -> Vec<&'a Read> {
+pub(crate) fn of<'a>(all: &'a [RecordedMessage], topic: &str) -> Vec<&'a RecordedMessage> {
     all.iter().filter(|read| read.topic == topic).collect()
 }

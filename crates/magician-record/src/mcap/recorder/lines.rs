@@ -10,7 +10,8 @@ use crate::mcap::Micros;
 use crate::mcap::file::File;
 use crate::mcap::frames::{FrameLine, write_frame};
 
-/// Links, as their peers use them. Answers are always complete frames.
+/// Name and incomplete request of each link. Replies need no buffer: they are always complete
+/// frames.
 #[derive(Default)]
 pub(super) struct Lines(BTreeMap<LinkId, FrameLine>);
 
@@ -29,14 +30,15 @@ impl Lines {
     }
 
     /// Writes the frames that the bytes of a peer complete.
-    pub(super) fn heard<W: Write>(
+    pub(super) fn push_bytes<W: Write>(
         &mut self,
         file: &mut File<W>,
         now: Micros,
         link: LinkId,
         bytes: &[u8],
     ) -> io::Result<()> {
-        self.line(link).heard(file, now, Direction::Request, bytes)
+        self.line(link)
+            .push_bytes(file, now, Direction::Request, bytes)
     }
 
     /// Gives up a partial frame of a peer.
@@ -49,7 +51,7 @@ impl Lines {
         self.line(link).silence(file, now, Direction::Request)
     }
 
-    pub(super) fn answered<W: Write>(
+    pub(super) fn push_reply<W: Write>(
         &mut self,
         file: &mut File<W>,
         now: Micros,

@@ -84,11 +84,11 @@ struct Pin {
 
 impl Pin {
     fn of(pin: &PinState) -> Option<Self> {
-        let told = pin.function != IoFunction::None
+        let is_set = pin.function != IoFunction::None
             || pin.level
             || pin.frequency != 0.0
             || pin.duty_cycle != 0.0;
-        told.then(|| Self {
+        is_set.then(|| Self {
             address: pin.address,
             function: pin.function.into(),
             able: pin.able,
@@ -184,7 +184,7 @@ impl Status {
 impl Log {
     const DEBUG: u8 = 1;
 
-    pub(super) fn event(timestamp: Time, event: &Event, words: impl fmt::Display) -> Self {
+    pub(super) fn event(timestamp: Time, event: &Event, text: impl fmt::Display) -> Self {
         let level = match event {
             Event::Accepted { .. } | Event::Started { .. } | Event::Assumes { .. } => Self::DEBUG,
             Event::QueueFull { .. }
@@ -202,7 +202,7 @@ impl Log {
             // Everything else belongs to a normal run.
             _ => Self::INFO,
         };
-        Self::new(timestamp, level, words.to_string())
+        Self::new(timestamp, level, text.to_string())
     }
 
     pub(super) fn missed(timestamp: Time, count: u64) -> Self {

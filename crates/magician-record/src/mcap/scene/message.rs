@@ -6,8 +6,9 @@ use serde::Serialize;
 
 use crate::mcap::message::Time;
 
-/// Rounds to millionths: a micrometre, and less at the tip of a turned link. Keeps the JSON short.
-fn short(value: f64) -> f64 {
+/// Rounds to six decimals, which keeps the JSON short. The error of a position is below a
+/// micrometre, and so is the error at the tip of a rotated link.
+fn round_to_millionths(value: f64) -> f64 {
     // Adding 0 removes the sign of a negative zero.
     (value * 1e6).round() / 1e6 + 0.0
 }
@@ -21,7 +22,7 @@ pub(super) struct Xyz {
 
 impl Xyz {
     pub(super) fn millimetres(at: [f64; 3]) -> Self {
-        let [x, y, z] = at.map(|axis| short(axis / 1000.0));
+        let [x, y, z] = at.map(|axis| round_to_millionths(axis / 1000.0));
         Self { x, y, z }
     }
 }
@@ -45,8 +46,8 @@ impl Rotation {
 
     pub(super) fn about(axis: [f64; 3], degrees: f64) -> Self {
         let half = degrees.to_radians() / 2.0;
-        let [x, y, z] = axis.map(|share| short(share * sin(half)));
-        let w = short(cos(half));
+        let [x, y, z] = axis.map(|component| round_to_millionths(component * sin(half)));
+        let w = round_to_millionths(cos(half));
         Self { x, y, z, w }
     }
 
@@ -61,7 +62,7 @@ impl Rotation {
         }
     }
 
-    pub(super) fn turn(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    pub(super) fn rotate(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let point = Self { x, y, z, w: 0.0 };
         let back = Self {
             x: -self.x,
@@ -241,11 +242,11 @@ impl Color {
     pub(super) fn hex(text: &str) -> Self {
         let number = u32::from_str_radix(text.trim_start_matches('#'), 16).unwrap_or(0);
         let [_, r, g, b] = number.to_be_bytes();
-        let share = |part: u8| (f64::from(part) / 2.55).round() / 100.0;
+        let channel = |value: u8| (f64::from(value) / 2.55).round() / 100.0;
         Self {
-            r: share(r),
-            g: share(g),
-            b: share(b),
+            r: channel(r),
+            g: channel(g),
+            b: channel(b),
             a: 1.0,
         }
     }
@@ -264,7 +265,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// Line list: each line from one point to another.
+    /// Creates a list of separate lines; each pair of indices gives the ends of a line.
     pub(super) fn list(color: Color, points: Vec<Xyz>, indices: Vec<u32>) -> Self {
         Self {
             r#type: 2,
