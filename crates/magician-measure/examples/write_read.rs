@@ -36,14 +36,15 @@ mod unix {
     type Outcome<T> = Result<T, Box<dyn Error>>;
 
     /// Reads of each kind per second.
-    const POLLS: f64 = 20.0;
+    const POLL_RATE: f64 = 20.0;
     /// Unmeasured share of the time, because a stream begins by reading the arm's state.
     const WARM_UP: f64 = 0.25;
     /// Silence after which all replies to earlier requests have arrived. Choice.
     const SILENCE: Duration = Duration::from_millis(100);
-    /// Bytes of a frame without parameters, and of a reply with an index.
-    const BARE: usize = 6;
-    const INDEXED: usize = 14;
+    /// Bytes of a frame without parameters.
+    const BARE_FRAME_LENGTH: usize = 6;
+    /// Bytes of a reply with an index.
+    const INDEXED_REPLY_LENGTH: usize = 14;
 
     pub(super) fn main() -> Outcome<()> {
         let port = args().nth(1).ok_or("which port?")?;
@@ -53,15 +54,15 @@ mod unix {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
-        for polls in [0.0, POLLS] {
+        for polls in [0.0, POLL_RATE] {
             let mut ratios = Vec::new();
             for _ in 0..rounds.max(1) {
-                let here = runtime.block_on(stand(&port))?;
-                let plain = write_read(&port, here, time, polls)?;
-                let driven = runtime.block_on(drive(&port, here, time, polls))?;
-                let ratio = driven / plain;
+                let here = runtime.block_on(start_queue_in_place(&port))?;
+                let loop_rate = write_read(&port, here, time, polls)?;
+                let driver_rate = runtime.block_on(drive(&port, here, time, polls))?;
+                let ratio = driver_rate / loop_rate;
                 println!(
-                    "{polls} polls/s: loop {plain:.1}/s, driver {driven:.1}/s, ratio {ratio:.4}"
+                    "{polls} polls/s: loop {loop_rate:.1}/s, driver {driver_rate:.1}/s, ratio {ratio:.4}"
                 );
                 ratios.push(ratio);
             }
@@ -77,7 +78,7 @@ mod unix {
     }
 
     /// Returns a move to the current position, after starting the queue.
-    async fn stand(port: &str) -> Outcome<Set> {
+    async fn start_queue_in_place(port: &str) -> Outcome<Set> {
         let arm = connect(port).await?;
         let pose = arm.get::<Pose>().await?;
         let here = PtpCmd {
@@ -98,15 +99,15 @@ mod unix {
         let arm = connect(port).await?;
         let begun = Instant::now();
         let commands = std::iter::repeat(here).take_while(|_| begun.elapsed() < time);
-        // Finished commands are found in bursts by a reading; the same number is reported until the
-        // next one, and is skipped then.
-        let mut looks: Vec<(u64, Instant)> = Vec::new();
+        // A reading of the index often shows several commands finished at once. Until the next
+        // reading the same number is reported again, and is skipped here.
+        let mut readings: Vec<(u64, Instant)> = Vec::new();
         let mut run = arm.start(commands);
         let note = |progress: Progress| {
             let (finished, age) = (progress.current.0, begun.elapsed());
-            let is_news = looks.last().is_none_or(|(before, _)| finished > *before);
-            if is_news && age < time && age >= time.mul_f64(WARM_UP) {
-                looks.push((finished, Instant::now()));
+            let is_new = readings.last().is_none_or(|(before, _)| finished > *before);
+            if is_new && age < time && age >= time.mul_f64(WARM_UP) {
+                readings.push((finished, Instant::now()));
             }
         };
         tokio::select! {
@@ -115,8 +116,9 @@ mod unix {
         }
         drop(run);
         arm.close().await;
-        // The first finding is as old as the reading before it.
-        let (Some(first), Some(last)) = (looks.get(1), looks.last()) else {
+        // The first entry is left out: its number may come from a reading long before its
+        // timestamp.
+        let (Some(first), Some(last)) = (readings.get(1), readings.last()) else {
             return Err("too short".into());
         };
         Ok((last.0 - first.0) as f64 / (last.1 - first.1).as_secs_f64())
@@ -144,25 +146,31 @@ mod unix {
         std::thread::sleep(SILENCE);
         rustix::termios::tcflush(&line, rustix::termios::QueueSelector::IFlush)?;
         let reads = [
-            (FrameBuf::get(&NoArgs, Pose::ROW)?, BARE + 32),
-            (FrameBuf::get(&NoArgs, QueuedCmdCurrentIndex::ROW)?, INDEXED),
-            (FrameBuf::get(&NoArgs, QueuedCmdLeftSpace::ROW)?, BARE + 4),
+            (FrameBuf::get(&NoArgs, Pose::ROW)?, BARE_FRAME_LENGTH + 32),
+            (
+                FrameBuf::get(&NoArgs, QueuedCmdCurrentIndex::ROW)?,
+                INDEXED_REPLY_LENGTH,
+            ),
+            (
+                FrameBuf::get(&NoArgs, QueuedCmdLeftSpace::ROW)?,
+                BARE_FRAME_LENGTH + 4,
+            ),
         ];
-        let every = (polls > 0.0).then(|| Duration::from_secs_f64(1.0 / polls));
+        let poll_interval = (polls > 0.0).then(|| Duration::from_secs_f64(1.0 / polls));
         let (mut count, mut reply) = (0_u32, [0; 64]);
         let begun = Instant::now();
         let mut due = begun;
         while begun.elapsed() < time {
             let frame = FrameBuf::set(&here, Ctrl::QUEUED)?;
-            exchange(&mut line, &frame, reply.get_mut(..INDEXED))?;
+            exchange(&mut line, &frame, reply.get_mut(..INDEXED_REPLY_LENGTH))?;
             if reply.get(5..13) == Some(&[0; 8]) {
                 return Err("the queue is full: the line is not the limit".into());
             }
             count += 1;
-            if let Some(every) = every
+            if let Some(poll_interval) = poll_interval
                 && due <= Instant::now()
             {
-                due = Instant::now() + every;
+                due = Instant::now() + poll_interval;
                 for (request, length) in &reads {
                     exchange(&mut line, request, reply.get_mut(..*length))?;
                 }

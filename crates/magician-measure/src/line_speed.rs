@@ -20,7 +20,7 @@ pub struct LineSpeed {
 
 /// Smallest ratio of the longer round trip to the wire time of its bytes on a line with a baud
 /// rate. Choice: leaves room for errors of the clocks.
-const LEAST: f64 = 0.9;
+const MIN_WIRE_TIME_RATIO: f64 = 0.9;
 /// Percentile of undisturbed round trips. Choice.
 const QUIET: u8 = 10;
 
@@ -35,11 +35,13 @@ impl LineSpeed {
             index.times.percentile(QUIET)?,
         );
         let bits = |exchange: Exchange| f64::from(10 * (exchange.request + exchange.reply));
-        let more = long.saturating_sub(short).as_secs_f64();
-        let baud = (bits(Exchange::POSE) - bits(Exchange::CURRENT_INDEX)) / more;
+        let difference_s = long.saturating_sub(short).as_secs_f64();
+        let baud = (bits(Exchange::POSE) - bits(Exchange::CURRENT_INDEX)) / difference_s;
         let wire = Exchange::POSE.wire_time(BAUD_RATE);
         // Above 4 Mbaud the difference is noise: no serial adapter of arms is faster.
-        let paced = more > 0.0 && long.as_secs_f64() >= LEAST * wire.as_secs_f64() && baud <= 4e6;
+        let paced = difference_s > 0.0
+            && long.as_secs_f64() >= MIN_WIRE_TIME_RATIO * wire.as_secs_f64()
+            && baud <= 4e6;
         let typical = pose.times.p50()?;
         Some(Self {
             baud: paced.then_some(baud),

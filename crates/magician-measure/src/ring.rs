@@ -13,19 +13,19 @@ const RADIUS: f64 = 10.0;
 /// queue, so the acceleration limits the speed of short segments.
 const ACCELERATION: f32 = 1000.0;
 
-/// Level ring of 20 mm through the current position, towards the base: an endless path of short
-/// absolute segments.
+/// Horizontal circle of 20 mm diameter, as an endless path of short absolute segments. It begins at
+/// the current position; its centre is on the side of the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
     centre: [f64; 2],
     z: f32,
-    begin: f64,
-    step: f64,
+    start_angle: f64,
+    segment_angle: f64,
     speed: f32,
 }
 
 /// Returns the angle of a segment, such that a whole number of them makes a ring.
-fn step(length: f64) -> f64 {
+fn segment_angle(length: f64) -> f64 {
     // Clamped, so that a mistyped length neither loops forever nor leaves the ring.
     TAU / (TAU * RADIUS / length.clamp(0.01, RADIUS)).ceil()
 }
@@ -35,13 +35,16 @@ impl Ring {
     #[must_use]
     pub fn through(pose: &Pose, length: f64, speed: f32) -> Self {
         let (x, y) = (f64::from(pose.x), f64::from(pose.y));
-        let begin = y.atan2(x);
+        let start_angle = y.atan2(x);
         Self {
             // Towards the base, because the arm may stand at the edge of its reach.
-            centre: [x - RADIUS * begin.cos(), y - RADIUS * begin.sin()],
+            centre: [
+                x - RADIUS * start_angle.cos(),
+                y - RADIUS * start_angle.sin(),
+            ],
             z: pose.z,
-            begin,
-            step: step(length),
+            start_angle,
+            segment_angle: segment_angle(length),
             speed,
         }
     }
@@ -55,18 +58,18 @@ impl Ring {
         let pose = arm.get::<Pose>().await?;
         let ring = Self::through(&pose, length, speed);
         let mut check: Preflight = arm.preflight().await?;
-        for command in ring.segments().take((TAU / ring.step) as usize) {
+        for command in ring.segments().take((TAU / ring.segment_angle) as usize) {
             check.check(&command)?;
         }
         Ok(ring)
     }
 
-    /// Returns the same ring in other segments.
+    /// Returns the same ring with segments of another length and speed.
     #[must_use]
     pub fn cut(self, length: f64, speed: f32) -> Self {
-        let step = step(length);
+        let segment_angle = segment_angle(length);
         Self {
-            step,
+            segment_angle,
             speed,
             ..self
         }
@@ -78,14 +81,14 @@ impl Ring {
         self.point(0)
     }
 
-    /// Returns the endless segments.
+    /// Returns the segments, round after round without end.
     pub fn segments(self) -> impl Iterator<Item = Set> {
         (1_u32..).map(move |count| self.point(count))
     }
 
     /// Returns the end of a segment.
     fn point(self, count: u32) -> Set {
-        let angle = self.begin + (f64::from(count) * self.step) % TAU;
+        let angle = self.start_angle + (f64::from(count) * self.segment_angle) % TAU;
         let [x, y] = self.centre;
         CpCmd {
             cp_mode: CpMode::Absolute,
@@ -111,7 +114,7 @@ impl Ring {
     /// Returns the segments per second at full speed.
     #[must_use]
     pub fn segments_per_second(self) -> f64 {
-        f64::from(self.speed) / (2.0 * RADIUS * (self.step / 2.0).sin())
+        f64::from(self.speed) / (2.0 * RADIUS * (self.segment_angle / 2.0).sin())
     }
 }
 
@@ -122,12 +125,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ring_closes_and_its_segments_have_the_length_asked_for() {
+    fn ring_closes_and_segments_have_the_requested_length() {
         let mut pose = Pose::decode(&[0; 32]).unwrap();
         (pose.y, pose.z) = (200.0, 30.0);
         let ring = Ring::through(&pose, 0.2, 90.0);
         assert!((ring.segments_per_second() - 450.0).abs() < 2.0);
-        let count = (TAU / ring.step).round() as usize;
+        let count = (TAU / ring.segment_angle).round() as usize;
         let points: Vec<_> = ring.segments().take(count).collect();
         let Some(Set::CpCmd(last)) = points.last() else {
             panic!("{points:?}");

@@ -19,14 +19,14 @@ pub struct Stops {
 }
 
 /// Shortest and longest time of the stream before the stop. Choice.
-const STREAM: [Duration; 2] = [Duration::from_millis(80), Duration::from_millis(120)];
+const STREAM_TIME: [Duration; 2] = [Duration::from_millis(80), Duration::from_millis(120)];
 /// Spreads the times of the stops evenly over that interval, whatever their number (golden ratio).
-const PHASE: f64 = 0.618_033_988_749_895;
+const GOLDEN_RATIO_FRACTION: f64 = 0.618_033_988_749_895;
 
 /// Draws a ring and stops it `count` times over a separate connection, then returns to the start of
 /// the ring.
 ///
-/// `paced` is true if bytes take their time at 115200 baud. The arm is at rest after each stop, and
+/// `paced` is true if the line transmits at 115200 baud. The arm is at rest after each stop, and
 /// the path speeds are restored at the end. `tick` is called after each stop with the number done.
 ///
 /// # Errors
@@ -74,12 +74,12 @@ struct Times {
 async fn stop_once(
     arm: &Arm,
     ring: Ring,
-    turn: u32,
+    number: u32,
     tap: &StopTap,
     times: &mut Times,
 ) -> Result<()> {
-    let [least, most] = STREAM;
-    let wait = least + (most - least).mul_f64((f64::from(turn) * PHASE).fract());
+    let [least, most] = STREAM_TIME;
+    let wait = least + (most - least).mul_f64((f64::from(number) * GOLDEN_RATIO_FRACTION).fract());
     let mut stream = arm.start(ring.segments());
     let stream = stream.wait(|_| {});
     let stop = async {

@@ -22,7 +22,7 @@ pub(crate) struct Seen {
 pub(crate) struct StopTap {
     /// Bytes of a stop; its answer is equal.
     stop: FrameBuf,
-    /// True if bytes take their time at 115200 baud.
+    /// True if the line transmits at 115200 baud, so that bytes have a wire time.
     paced: bool,
     state: Mutex<State>,
 }
@@ -63,22 +63,22 @@ impl StopTap {
         self.lock().seen
     }
 
-    fn wrote(&self, bytes: &[u8]) {
+    fn record_write(&self, bytes: &[u8]) {
         let now = Instant::now();
         let mut state = self.lock();
-        // The write returns at once; the adapter still sends the bytes before.
-        let begins = state.busy.map_or(now, |busy| busy.max(now));
+        // A write returns at once, while the adapter may still be sending earlier bytes.
+        let starts_at = state.busy.map_or(now, |busy| busy.max(now));
         if bytes.starts_with(self.stop.bytes()) {
-            state.seen.sent.get_or_insert(begins);
+            state.seen.sent.get_or_insert(starts_at);
         }
         let wire = Exchange {
             request: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
             reply: 0,
         };
-        state.busy = self.paced.then(|| begins + wire.wire_time(BAUD_RATE));
+        state.busy = self.paced.then(|| starts_at + wire.wire_time(BAUD_RATE));
     }
 
-    fn came(&self, bytes: &[u8]) {
+    fn record_reply(&self, bytes: &[u8]) {
         let mut state = self.lock();
         state.tail.extend_from_slice(bytes);
         let stop = self.stop.bytes();
@@ -88,16 +88,16 @@ impl StopTap {
         }
         // An answer may be cut anywhere, so its possible beginning is kept.
         let keep = state.tail.len().min(stop.len() - 1);
-        let gone = state.tail.len() - keep;
-        state.tail.drain(..gone);
+        let surplus = state.tail.len() - keep;
+        state.tail.drain(..surplus);
     }
 }
 
 impl Tap for StopTap {
     fn passed(&self, _line: &str, direction: Direction, bytes: &[u8]) {
         match direction {
-            Direction::Request => self.wrote(bytes),
-            Direction::Reply => self.came(bytes),
+            Direction::Request => self.record_write(bytes),
+            Direction::Reply => self.record_reply(bytes),
         }
     }
 }

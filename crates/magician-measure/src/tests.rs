@@ -34,15 +34,15 @@ fn near(found: f64, wanted: f64, share: f64) {
 async fn a_paced_line_is_found_with_its_turnaround_and_its_rates() {
     let turnaround = Duration::from_millis(2);
     let arm = paced(turnaround).await;
-    let mut told = 0;
-    let pose = round_trips::<Pose>(&arm, 50, |done| told = done)
+    let mut reported = 0;
+    let pose = round_trips::<Pose>(&arm, 50, |done| reported = done)
         .await
         .unwrap();
     let index = round_trips::<QueuedCmdCurrentIndex>(&arm, 50, |_| {})
         .await
         .unwrap();
     assert!(pose.clean() && index.clean());
-    assert_eq!((pose.times.count(), told), (50, 50));
+    assert_eq!((pose.times.count(), reported), (50, 50));
     // The clock of the tests has steps of a millisecond.
     let line = LineSpeed::of(&pose, &index).unwrap();
     assert!(
@@ -58,7 +58,7 @@ async fn a_paced_line_is_found_with_its_turnaround_and_its_rates() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stream_is_counted_and_what_the_queue_held_is_seen() {
+async fn stream_reports_rate_and_fewest_queued_commands() {
     let arm = paced(Duration::ZERO).await;
     let ring = Ring::here(&arm, 0.5, 50.0).await.unwrap();
     arm.set(&ring.speeds()).await.unwrap();

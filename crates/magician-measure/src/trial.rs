@@ -176,7 +176,7 @@ async fn look(line: &mut RawLine, patience: Duration) -> Result<(u64, u32)> {
     Ok((current.queued_cmd_current_index, left.left_space))
 }
 
-async fn order<T: Writable>(line: &mut RawLine, action: &T, patience: Duration) -> Result<()> {
+async fn set<T: Writable>(line: &mut RawLine, action: &T, patience: Duration) -> Result<()> {
     let request = FrameBuf::encode(T::ROW.id, Ctrl::SET, action)?;
     ask(line, request, patience).await.map(drop)
 }
@@ -200,7 +200,7 @@ pub async fn queue_trial(
         return Err(Error::new(ErrorCode::ForeignCommands, message));
     }
     // Stopped first, so that the waits stay in the queue and can be counted.
-    order(line, &QueuedCmdStopExec {}, patience).await?;
+    set(line, &QueuedCmdStopExec {}, patience).await?;
     let wait = FrameBuf::encode(WaitCmd::ROW.id, Ctrl::QUEUED, &WaitCmd { timeout: 0 })?;
     let mut trial = QueueTrial {
         depths: depths.to_vec(),
@@ -229,7 +229,7 @@ pub async fn queue_trial(
             waits of 0 ms are still among them, and the queue is stopped";
         return Err(Error::invalid(message));
     }
-    order(line, &QueuedCmdClear {}, patience).await?;
+    set(line, &QueuedCmdClear {}, patience).await?;
     let after = look(line, patience).await?;
     trial.left = [before.1, full.1, after.1];
     trial.current = [before.0, full.0, after.0];
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_count_is_seen() {
+    fn wrong_indices_free_places_and_current_index_are_detected() {
         let trial = |indices: &[Option<u64>], left, current| QueueTrial {
             indices: indices.to_vec(),
             left,

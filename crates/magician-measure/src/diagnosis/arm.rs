@@ -14,16 +14,16 @@ use crate::{LineSpeed, Timed, round_trips};
 
 /// Latency on a cable above which an adapter or hub delays bytes. Choice, above the default 16 ms
 /// of the latency timer of FTDI adapters.
-const SLOW: Duration = Duration::from_millis(20);
+const MAX_TURNAROUND: Duration = Duration::from_millis(20);
 /// Largest acceptable jitter: 99th percentile of the latency minus its median. Choice.
-const UNSTEADY: Duration = Duration::from_millis(50);
+const MAX_JITTER: Duration = Duration::from_millis(50);
 /// Largest relative error of a measured baud rate. Choice: an arm's crystal is far better, the
 /// measurement is not.
 const TOLERANCE: f64 = 0.1;
 /// Time within which a running queue finishes a command or moves the arm. Choice.
-const RUNS: Duration = Duration::from_secs(2);
-/// Interval of readings during [`RUNS`]. Choice.
-const LOOK: Duration = Duration::from_millis(100);
+const QUEUE_WATCH_TIME: Duration = Duration::from_secs(2);
+/// Interval of readings during [`QUEUE_WATCH_TIME`]. Choice.
+const QUEUE_READ_INTERVAL: Duration = Duration::from_millis(100);
 
 impl Diagnosis {
     /// Examines the arm itself, with `count` timed replies of each of two kinds. `serial` is true
@@ -127,7 +127,11 @@ fn answers<A: DiagnosisObserver>(
     };
     let text = format!("median {turnaround} ms from request to reply, {what}");
     // A network has no fixed latency, so only a cable is judged.
-    let finding = Finding::judged("turnaround", !serial || line.turnaround <= SLOW, text);
+    let finding = Finding::judged(
+        "turnaround",
+        !serial || line.turnaround <= MAX_TURNAROUND,
+        text,
+    );
     let finding = finding.value(turnaround).unit("ms");
     report.add(
         finding.cure("an adapter or hub delays bytes: plug the arm directly into the computer"),
@@ -135,7 +139,7 @@ fn answers<A: DiagnosisObserver>(
     )?;
     let jitter = milliseconds(line.jitter);
     let text = format!("1 % of the replies are {jitter} ms later");
-    let finding = Finding::judged("jitter", !serial || line.jitter <= UNSTEADY, text);
+    let finding = Finding::judged("jitter", !serial || line.jitter <= MAX_JITTER, text);
     let finding = finding.value(jitter).unit("ms");
     report.add(
         finding.cure("the computer or a hub is busy: close other programs, use another USB socket"),
@@ -257,7 +261,7 @@ async fn queue<A: DiagnosisObserver>(
             format!(
                 "{commands}; in {} s none finished and the arm did not move: the queue is \
                 stopped, or a wait runs",
-                RUNS.as_secs()
+                QUEUE_WATCH_TIME.as_secs()
             ),
         )
         .advise([
@@ -274,8 +278,8 @@ async fn queue<A: DiagnosisObserver>(
 async fn runs(arm: &Arm, since: QueueIndex) -> magician::Result<bool> {
     let begun = Instant::now();
     let stood = arm.get::<Pose>().await?;
-    while begun.elapsed() < RUNS {
-        tokio::time::sleep(LOOK).await;
+    while begun.elapsed() < QUEUE_WATCH_TIME {
+        tokio::time::sleep(QUEUE_READ_INTERVAL).await;
         // Either is enough: a long motion finishes no command, and a wait moves nothing.
         if arm.queue().current_index().await? > since || arm.get::<Pose>().await? != stood {
             return Ok(true);

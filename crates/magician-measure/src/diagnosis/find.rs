@@ -5,8 +5,8 @@ use magician::{ErrorKind, Port, Setting, SettingValue, Target, unbound_adapters}
 use super::{Diagnosis, DiagnosisObserver, Finding, Part, system};
 
 impl Diagnosis {
-    /// Finds the arm's target, and adds the findings on the way: the given port, or the only arm
-    /// that is plugged in.
+    /// Determines the target: the given port, or that of the only arm plugged in. Adds what it
+    /// finds.
     ///
     /// # Errors
     /// An invalid port, and [`NoArm`](super::NoArm).
@@ -42,7 +42,7 @@ impl Diagnosis {
         let arms: Vec<&Port> = ports.iter().filter(|port| port.likely_arm()).collect();
         let finding = match arms.as_slice() {
             [arm] => return Ok(Target::Serial(arm.path.clone())),
-            [] => nobody(&ports),
+            [] => no_arm_found(&ports),
             several => {
                 let paths: Vec<_> = several.iter().map(|port| port.to_string()).collect();
                 let text = format!("several ports could be the arm's: {}", paths.join("; "));
@@ -55,7 +55,7 @@ impl Diagnosis {
 }
 
 /// Returns the finding for a computer without a port of an arm.
-fn nobody(ports: &[Port]) -> Finding {
+fn no_arm_found(ports: &[Port]) -> Finding {
     if let [adapter, ..] = unbound_adapters().as_slice() {
         let (chip, module) = (adapter.chip, adapter.module);
         let text = format!("a {chip} adapter is plugged in, but the system has no port for it");

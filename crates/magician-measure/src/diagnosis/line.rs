@@ -11,14 +11,15 @@ use crate::{
 };
 
 /// Longest time for an arm to answer: over Wi-Fi up to 2 s.
-const PATIENCE: Duration = Duration::from_secs(2);
+const MAX_ANSWER_TIME: Duration = Duration::from_secs(2);
 /// Time to listen at each other baud rate. Choice.
 const OTHER_BAUD_LISTEN_TIME: Duration = Duration::from_millis(400);
-/// Numbers of simultaneous requests that are tried, and repetitions of each. Choices.
+/// Numbers of requests that are tried at once. Choice.
 const DEPTHS: [usize; 4] = [1, 2, 4, 8];
+/// Repetitions of each depth. Choice.
 const ROUNDS: usize = 5;
 /// Length of the excerpt of another device's text, characters. Choice.
-const EXCERPT: usize = 60;
+const EXCERPT_LENGTH: usize = 60;
 
 impl Diagnosis {
     /// Opens the line.
@@ -46,8 +47,8 @@ impl Diagnosis {
         }
     }
 
-    /// Checks that an arm is at the other end, or finds out what else is. The reply may take up to
-    /// `patience`, 2 s by default.
+    /// Checks that an arm is at the other end; if not, identifies what is there. The reply may take
+    /// up to `patience`, 2 s by default.
     ///
     /// # Errors
     /// [`NoArm`](super::NoArm).
@@ -58,7 +59,7 @@ impl Diagnosis {
         patience: Option<Duration>,
         to: &mut A,
     ) -> Result<(), A::Failure> {
-        let patience = patience.unwrap_or(PATIENCE);
+        let patience = patience.unwrap_or(MAX_ANSWER_TIME);
         let heard = match target {
             Target::Udp { host, port } => {
                 // A separate socket: the line hides that a host refuses datagrams.
@@ -101,7 +102,7 @@ impl Diagnosis {
             ErrorKind::Timeout,
         ),
         ProbeReply::Nothing | ProbeReply::Bytes(_) => {
-            // Silence and random bytes are also what a device at another baud rate sends.
+            // A device at another baud rate also looks like silence or random bytes.
             let elsewhere = match target {
                 Target::Serial(path) => other_speeds(line, path, OTHER_BAUD_LISTEN_TIME.min(patience), to).await,
                 _ => None,
@@ -122,19 +123,23 @@ impl Diagnosis {
         target: &Target,
         to: &mut A,
     ) -> Result<(), A::Failure> {
-        let mut taken = 0;
+        let mut answered_depth = 0;
         for depth in DEPTHS {
-            let trial = back_to_back(line, depth, ROUNDS, PATIENCE);
+            let trial = back_to_back(line, depth, ROUNDS, MAX_ANSWER_TIME);
             let seen = to.attend("sending requests back to back", trial).await?;
             // Deeper bursts only lose more.
             if !seen.taken() {
                 break;
             }
-            taken = depth;
+            answered_depth = depth;
         }
         // Datagrams may overtake each other, so a window there would need more than answered reads.
-        self.window = Some(if ordered(target) { taken.max(1) } else { 1 });
-        let finding = match taken {
+        self.window = Some(if ordered(target) {
+            answered_depth.max(1)
+        } else {
+            1
+        });
+        let finding = match answered_depth {
             0 => Finding::bad("back_to_back", "single reads are not all answered")
                 .advise("a bad cable or hub: try another, shorter one"),
             1 => Finding::note("back_to_back", "back-to-back requests are not all answered")
@@ -150,13 +155,13 @@ impl Diagnosis {
                 format!("{depth} reads sent at once are all answered, in order"),
             ),
         };
-        self.add(finding.value(taken).unit("requests"), to)
+        self.add(finding.value(answered_depth).unit("requests"), to)
     }
 
     /// Adds a note that the queue is not tried without permission.
     ///
     /// # Errors
-    /// Errors of the attendant.
+    /// Errors of the observer.
     pub fn leave_queue<A: DiagnosisObserver>(&mut self, to: &mut A) -> Result<(), A::Failure> {
         let finding = Finding::note("index_law", "not tried, because it uses the queue").advise([
             Part::from("with "),
@@ -167,7 +172,8 @@ impl Diagnosis {
         self.add(finding, to)
     }
 
-    /// Judges a trial of the queue: does the arm count as the driver relies on?
+    /// Judges a trial of the queue: whether indices, free places and current index follow the rules
+    /// that the driver relies on.
     ///
     /// # Errors
     /// The error of the trial, unless commands were in the queue.
@@ -268,24 +274,24 @@ impl Diagnosis {
 /// # Errors
 /// [`InvalidInput`](ErrorKind::InvalidInput) if commands wait in the queue; nothing is added then.
 pub async fn try_queue(line: &mut RawLine) -> magician::Result<QueueTrial> {
-    queue_trial(line, &DEPTHS, PATIENCE).await
+    queue_trial(line, &DEPTHS, MAX_ANSWER_TIME).await
 }
 
 /// Listens at other baud rates than the arm's; returns the first rate with a device.
 async fn other_speeds<A: DiagnosisObserver>(
     line: &mut RawLine,
     path: &str,
-    glimpse: Duration,
+    listen_time: Duration,
     to: &mut A,
 ) -> Option<(u32, ProbeReply)> {
     // Closes the port, which has to be opened anew at each rate.
-    let (gone, _) = tokio::io::duplex(1);
-    *line = RawLine::over(gone, path);
+    let (closed_end, _) = tokio::io::duplex(1);
+    *line = RawLine::over(closed_end, path);
     let mut at = to.count("listening at other speeds", OTHER_SPEEDS.len() as u64);
     for (done, baud) in (1..).zip(OTHER_SPEEDS) {
-        // An adapter that refuses a rate ends the search: it is a hint, not a check.
+        // An adapter that refuses a rate ends the search, which only serves to give a hint.
         let mut other = RawLine::open_at(path, baud).await.ok()?;
-        let heard = listen(&mut other, glimpse).await.ok()?;
+        let heard = listen(&mut other, listen_time).await.ok()?;
         // Bytes at a wrong rate look random, so only these two results are conclusive.
         if matches!(heard, ProbeReply::Arm(_) | ProbeReply::Text(_)) {
             return Some((baud, heard));
@@ -361,7 +367,7 @@ fn other_port(before: &'static str) -> Advice {
 
 /// Quotes the beginning of a text.
 fn excerpt(text: &str) -> String {
-    let begin: String = text.trim().chars().take(EXCERPT).collect();
+    let begin: String = text.trim().chars().take(EXCERPT_LENGTH).collect();
     format!("{begin:?}")
 }
 

@@ -98,7 +98,8 @@ impl From<f64> for Measured {
     }
 }
 
-/// Advice as a sentence whose actions and options each front end words itself.
+/// Advice as a sentence. It contains actions and options, for which each front end has its own
+/// wording.
 ///
 /// ```
 /// use magician_measure::{Advice, Part};
@@ -342,7 +343,7 @@ impl Diagnosis {
     /// Adds a finding and reports it.
     ///
     /// # Errors
-    /// Errors of the attendant.
+    /// Errors of the observer.
     pub fn add<A: DiagnosisObserver>(
         &mut self,
         finding: Finding,
