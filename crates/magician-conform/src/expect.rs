@@ -60,10 +60,10 @@ impl Check {
             .field(name)
             .ok_or_else(|| format!("no field '{name}' in {}", layout.name))?;
         let (value, tolerance) = match value.split_once("+-") {
-            Some((value, tolerance)) => (value, positive(tolerance)?),
+            Some((value, tolerance)) => (value, parse_tolerance(tolerance)?),
             None => (value, 0.0),
         };
-        let wanted = wanted(field, value, tolerance > 0.0)
+        let wanted = parse_wanted(field, value, tolerance > 0.0)
             .ok_or_else(|| format!("'{value}' is not a value of {}", field.name))?;
         let ordered = !matches!(relation, Relation::Is | Relation::IsNot);
         if ordered && matches!(wanted, Wanted::Text(_)) {
@@ -119,21 +119,21 @@ impl Check {
 fn split(word: &str) -> Option<(&str, Relation, &str)> {
     let at = word.find(['=', '!', '<', '>'])?;
     let (name, rest) = word.split_at(at);
-    let (sign, relation) = RELATIONS
+    let (operator, relation) = RELATIONS
         .into_iter()
-        .find(|(sign, _)| rest.starts_with(sign))?;
-    Some((name, relation, rest.strip_prefix(sign)?))
+        .find(|(operator, _)| rest.starts_with(operator))?;
+    Some((name, relation, rest.strip_prefix(operator)?))
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+fn parse_tolerance(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok();
     number
         .filter(|number| number.is_finite() && *number > 0.0)
         .ok_or_else(|| format!("'{text}' is not a tolerance: write a number above 0"))
 }
 
-fn wanted(field: &Field, text: &str, rough: bool) -> Option<Wanted> {
-    let one = |text: &str| number(field.ty, text, rough);
+fn parse_wanted(field: &Field, text: &str, has_tolerance: bool) -> Option<Wanted> {
+    let one = |text: &str| number(field.ty, text, has_tolerance);
     Some(match field.ty {
         FieldType::Text | FieldType::Bytes | FieldType::Alarms | FieldType::Outputs => {
             Wanted::Text(text.to_owned())
@@ -153,7 +153,7 @@ fn wanted(field: &Field, text: &str, rough: bool) -> Option<Wanted> {
 
 /// Parses a number, `Some(None)` for `_`. Without a tolerance it is rounded to what the wire can
 /// represent.
-fn number(ty: FieldType, text: &str, rough: bool) -> Option<Option<f64>> {
+fn number(ty: FieldType, text: &str, has_tolerance: bool) -> Option<Option<f64>> {
     let float = matches!(
         ty,
         FieldType::Scalar(Scalar::F32) | FieldType::Array(Scalar::F32, _)
@@ -161,7 +161,9 @@ fn number(ty: FieldType, text: &str, rough: bool) -> Option<Option<f64>> {
     match text {
         "_" => Some(None),
         // Rounded like the value on the wire, or 0.1 would never equal it.
-        text if float && !rough => text.parse::<f32>().ok().map(|number| Some(number.into())),
+        text if float && !has_tolerance => {
+            text.parse::<f32>().ok().map(|number| Some(number.into()))
+        }
         text => text.parse::<f64>().ok().map(Some),
     }
 }
@@ -253,8 +255,8 @@ mod tests {
             ("x=1+-0", "not a tolerance"),
             ("joint_angle=0,45,45", "not a value"),
         ] {
-            let told = Check::read(Pose::INFO, word).unwrap_err();
-            assert!(told.contains(why), "{word}: {told}");
+            let message = Check::read(Pose::INFO, word).unwrap_err();
+            assert!(message.contains(why), "{word}: {message}");
         }
     }
 }

@@ -2,14 +2,14 @@
 //!
 //! # Cases
 //!
-//! A case is a table in the file of its chapter (`cases/*.toml`), made to be read:
+//! A case is a TOML table in the file of its chapter (`cases/*.toml`):
 //!
 //! ```toml
 //! [[case]]
 //! id = "ptp.movl-100-mm"                  # chapter, dot, a name
 //! title = "100 mm straight take 2 s at half speed"
-//! source = "model 7"                      # the source
-//! confidence = "VL"                       # how sure that is, see Confidence
+//! source = "model 7"                      # section of docs/reference/MODEL.md
+//! confidence = "VL"                       # confidence in the source, see Confidence
 //! moves = true                            # the arm moves
 //! steps = '''
 //! set QueuedCmdStartExec
@@ -28,9 +28,10 @@
 //! * `hurts = "..."` and `sim_only = "..."`: why it is not for a real arm.
 //! * `world = "..."`: the world of the virtual arm, a [scenario](magician_sim::scenario).
 //! * `assumes = ["PtpLaw"]`: the [assumptions](magician_sim::fidelity) without which it fails.
-//! * `alarm = { code, arises, goes }`: a row of the documentation of alarms that it proves.
-//! * `each = [{ mode = 1, x = 200 }, ..]`: makes a case of each of these, with its values in place
-//!   of `{mode}` and `{x}` in all texts.
+//! * `alarm = { code, arises, goes }`: the row about an alarm in the documentation that this case
+//!   proves.
+//! * `each = [{ mode = 1, x = 200 }, ..]`: makes one case per table of the list, with its values in
+//!   place of `{mode}` and `{x}` in all texts.
 //!
 //! # Steps
 //!
@@ -46,8 +47,8 @@
 //! | `answered [-> field=value ..]` | expects the answer to the last frame, as `get`, `set` and `queue` do |
 //! | `reply BYTES ..` | expects the next frame from the arm, byte for byte; `..` is any byte |
 //! | `silence` | expects nothing from the arm |
-//! | `wait 1.5 s`, `at 1.5 s` | lets time pass: this long, or until this long after the last set or queued command |
-//! | `done [after 2 s [+- 10 ms]]` | lets time pass until the last queued command has finished, and expects that at this time |
+//! | `wait 1.5 s`, `at 1.5 s` | lets time pass: for this time, or until this time has elapsed since the last set or queued command |
+//! | `done [after 2 s [+- 10 ms]]` | lets time pass until the last queued command has finished; with `after`, expects that this much time has elapsed since the last set or queued command |
 //! | `rest` | lets time pass until the arm is at rest |
 //! | `finished last`, `last-1`, `nothing` | expects this queued command to have finished last |
 //! | `alarms none`, `0x11 ..`, `with ..`, `without ..` | expects these active alarms |

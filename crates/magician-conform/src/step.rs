@@ -15,7 +15,7 @@ mod outside;
 
 pub use outside::Observable;
 pub(crate) use outside::Observation;
-use outside::{happening, observation};
+use outside::{observation, parse_event};
 
 /// Step with its location.
 #[derive(Clone, Debug)]
@@ -94,9 +94,9 @@ pub(crate) enum Alarms {
 }
 
 /// Default tolerance of an expected time. A choice, not a measurement.
-const EXACTLY: Duration = Duration::from_millis(2);
+const DEFAULT_TIME_TOLERANCE: Duration = Duration::from_millis(2);
 /// Most repetitions of a step. A choice, not a measurement.
-const MOST: u32 = 10_000;
+const MAX_REPETITIONS: u32 = 10_000;
 
 /// Parses the lines of a case; `first` is the number of the first line.
 ///
@@ -142,9 +142,11 @@ fn repetitions(words: &[String]) -> Result<(u32, &[String]), String> {
     match count {
         // Not a count, so the word is the step itself.
         None => Ok((1, words)),
-        Some(count) if (1..=MOST).contains(&count) && !rest.is_empty() => Ok((count, rest)),
+        Some(count) if (1..=MAX_REPETITIONS).contains(&count) && !rest.is_empty() => {
+            Ok((count, rest))
+        }
         Some(_) => Err(format!(
-            "'{head}' is 1x to {MOST}x and stands before a step"
+            "'{head}' is 1x to {MAX_REPETITIONS}x and stands before a step"
         )),
     }
 }
@@ -174,7 +176,7 @@ fn read(all: &[String], sent: Option<&FrameBuf>) -> Result<Action, String> {
         "rest" if rest.is_empty() => Ok(Action::Rest),
         "finished" => finished(one()?).map(Action::Finished),
         "alarms" => alarms(rest).map(Action::Alarms),
-        "happens" => happening(rest).map(Action::Happens),
+        "happens" => parse_event(rest).map(Action::Happens),
         "sees" => rest
             .iter()
             .map(|word| observation(word))
@@ -294,7 +296,7 @@ fn done(words: &[String]) -> Result<Option<(Duration, Duration)>, String> {
         [after, number, unit, rest @ ..] if after == "after" => {
             let at = words::span(&[number.clone(), unit.clone()])?;
             match rest {
-                [] => Ok(Some((at, EXACTLY))),
+                [] => Ok(Some((at, DEFAULT_TIME_TOLERANCE))),
                 [sign, tolerance @ ..] if sign == "+-" => Ok(Some((at, words::span(tolerance)?))),
                 _ => Err("write done after 2 s +- 10 ms".to_owned()),
             }

@@ -31,20 +31,20 @@ pub struct Suite {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    case: Vec<Written>,
+    case: Vec<CaseTable>,
 }
 
 /// Case as written; with `each` it stands for several that differ in some words.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct CaseTable {
     id: Spanned<String>,
     title: String,
     source: String,
     confidence: Confidence,
     #[serde(default)]
     assumes: Vec<String>,
-    alarm: Option<WrittenAlarm>,
+    alarm: Option<AlarmTable>,
     #[serde(default)]
     begin: Begin,
     #[serde(default)]
@@ -61,7 +61,7 @@ struct Written {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenAlarm {
+struct AlarmTable {
     code: String,
     arises: String,
     goes: String,
@@ -98,7 +98,7 @@ impl Suite {
     /// [`SuiteError`] for invalid TOML, a missing key, an invalid step, and a case that moves or
     /// could harm the arm without declaring it.
     pub fn read(&mut self, chapter: &str, text: &str) -> Result<(), SuiteError> {
-        let wrong = |line, message| SuiteError {
+        let error_at = |line, message| SuiteError {
             file: format!("{chapter}.toml"),
             line,
             message,
@@ -106,32 +106,29 @@ impl Suite {
         let line_at = |at: usize| 1 + text.bytes().take(at).filter(|byte| *byte == b'\n').count();
         let file: File = toml::from_str(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
-            wrong(line_at(at), error.message().to_owned())
+            error_at(line_at(at), error.message().to_owned())
         })?;
-        for written in file.case {
-            let once = [BTreeMap::new()];
-            let each = match written.each.as_slice() {
-                // A case without `each` is one with a single set of no values.
-                [] => &once,
+        for table in file.case {
+            let no_values = [BTreeMap::new()];
+            let each = match table.each.as_slice() {
+                // Without `each` there is one case, with no values to fill in.
+                [] => &no_values,
                 each => each,
             };
             for values in each {
-                let line = line_at(written.id.span().start);
+                let line = line_at(table.id.span().start);
                 // The line break after the opening quotes is not part of the text.
-                let first = line_at(written.steps.span().start) + 1;
-                let world = written
-                    .world
-                    .as_ref()
-                    .map(|text| line_at(text.span().start));
-                let case = (written.case(values, first)).map_err(|error| match (error, world) {
-                    (CaseError::Step(line, message), _) => wrong(line, message),
-                    (CaseError::World(message), Some(line)) => wrong(line, message),
+                let first = line_at(table.steps.span().start) + 1;
+                let world = table.world.as_ref().map(|text| line_at(text.span().start));
+                let case = (table.case(values, first)).map_err(|error| match (error, world) {
+                    (CaseError::Step(line, message), _) => error_at(line, message),
+                    (CaseError::World(message), Some(line)) => error_at(line, message),
                     (CaseError::World(message) | CaseError::Case(message), _) => {
-                        wrong(line, message)
+                        error_at(line, message)
                     }
                 })?;
                 if let Some(reason) = self.rejection(chapter, &case) {
-                    return Err(wrong(line, reason));
+                    return Err(error_at(line, reason));
                 }
                 self.cases.push(case);
             }
@@ -143,7 +140,7 @@ impl Suite {
     fn rejection(&self, chapter: &str, case: &Case) -> Option<String> {
         let known = self.cases.iter().any(|other| other.id == case.id);
         match case.chapter() {
-            // First, because all other errors name the case.
+            // Checked first, because all other errors name the case by its id.
             _ if known => Some(format!("two cases are called '{}'", case.id)),
             _ if case.id.contains('{') => Some(format!("a word of '{}' has no value", case.id)),
             _ if case.steps.is_empty() => Some("the case has no steps".to_owned()),
@@ -171,12 +168,12 @@ impl Suite {
     /// match one in `skip`.
     #[must_use]
     pub fn select(&self, only: &[String], skip: &[String]) -> Vec<&Case> {
-        let means =
+        let matches_any =
             |case: &Case, patterns: &[String]| patterns.iter().any(|pattern| case.matches(pattern));
         self.cases
             .iter()
-            .filter(|case| only.is_empty() || means(case, only))
-            .filter(|case| !means(case, skip))
+            .filter(|case| only.is_empty() || matches_any(case, only))
+            .filter(|case| !matches_any(case, skip))
             .collect()
     }
 }
@@ -188,7 +185,7 @@ enum CaseError {
     Step(usize, String),
 }
 
-impl Written {
+impl CaseTable {
     /// Returns the case with these values for the words in braces; `first` is the line of its first
     /// step.
     fn case(
@@ -212,7 +209,7 @@ impl Written {
                 .ok_or_else(|| CaseError::Case(format!("no assumption '{name}'")))
         };
         let assumes = self.assumes.iter().map(named).collect::<Result<_, _>>()?;
-        let alarm = |alarm: &WrittenAlarm| {
+        let alarm = |alarm: &AlarmTable| {
             Ok::<_, CaseError>(AlarmCase {
                 code: words::code(&fill(&alarm.code)).map_err(CaseError::Case)?,
                 arises: fill(&alarm.arises),
@@ -220,9 +217,9 @@ impl Written {
             })
         };
         // The name with `*` for each value matches all cases of the table.
-        let any = values.keys().map(|key| (key.clone(), "*".into())).collect();
+        let wildcards = values.keys().map(|key| (key.clone(), "*".into())).collect();
         Ok(Case {
-            pattern: self::fill(self.id.get_ref(), &any),
+            pattern: self::fill(self.id.get_ref(), &wildcards),
             id,
             title: fill(&self.title),
             source: fill(&self.source),
@@ -269,18 +266,18 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_step_is_told_with_its_line() {
+    fn wrong_step_is_reported_with_its_line() {
         let (line, message) = error(&case("", "get Pose\n\n# remark\nget Pos"));
         assert_eq!(line, 11);
         assert!(message.contains("no command 'Pos'"), "{message}");
     }
 
     #[test]
-    fn a_case_says_what_it_does() {
+    fn undeclared_motion_or_harm_is_an_error() {
         let (line, message) = error(&case("", "queue PTPCmd ptp_mode=1 x=200 y=0 z=0 r=0"));
         assert_eq!(line, 2);
         assert!(message.contains("moves = true"), "{message}");
-        // The same as bytes, behind another frame.
+        // The same command as raw bytes, after another frame.
         let bytes = "send AA AA 02 0A 00 F6 AA AA 06 1F 01 00 00 00 00 E0";
         assert!(error(&case("", bytes)).1.contains("moves = true"));
         let (_, message) = error(&case("", "set WIFISSID ssid=home"));
@@ -301,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_toml_is_told_with_its_line() {
+    fn wrong_toml_is_reported_with_its_line() {
         assert_eq!(error("[[case]]\nid = \"x.a\"\ntitel = \"t\"\n").0, 3);
         assert!(error(&case("", "")).1.contains("no steps"));
         let other = case("", "silence").replace("x.a", "y.a");
@@ -309,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn patterns_mean_names_chapters_and_tags() {
+    fn patterns_match_names_chapters_and_tags() {
         let mut suite = Suite::default();
         suite.read("x", &case("moves = true", "silence")).unwrap();
         for pattern in ["x", "x.a", "x.*", "*a", "*", "moves", "G"] {

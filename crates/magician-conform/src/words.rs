@@ -5,25 +5,25 @@ use std::time::Duration;
 /// Splits a line into words; `"` keeps words together and is removed. Text after `#` is a comment.
 pub(crate) fn split(line: &str) -> Result<Vec<String>, String> {
     let mut words: Vec<String> = Vec::new();
-    let (mut quoted, mut open) = (false, false);
-    for letter in line.chars() {
-        match letter {
+    let (mut quoted, mut in_word) = (false, false);
+    for character in line.chars() {
+        match character {
             '"' => {
                 quoted = !quoted;
-                if !open {
+                if !in_word {
                     words.push(String::new());
                 }
-                open = true;
+                in_word = true;
             }
             '#' if !quoted => break,
-            letter if letter.is_whitespace() && !quoted => open = false,
-            letter => {
-                if !open {
+            character if character.is_whitespace() && !quoted => in_word = false,
+            character => {
+                if !in_word {
                     words.push(String::new());
                 }
-                open = true;
+                in_word = true;
                 if let Some(word) = words.last_mut() {
-                    word.push(letter);
+                    word.push(character);
                 }
             }
         }
@@ -42,8 +42,8 @@ pub(crate) fn bytes(words: &[String]) -> Result<Vec<u8>, String> {
 /// Parses a byte in hex.
 pub(crate) fn byte(word: &str) -> Result<u8, String> {
     // `from_str_radix` accepts a sign, and one digit is more likely a typo.
-    let two = word.len() == 2 && !word.starts_with('+');
-    let value = u8::from_str_radix(word, 16).ok().filter(|_| two);
+    let has_two_digits = word.len() == 2 && !word.starts_with('+');
+    let value = u8::from_str_radix(word, 16).ok().filter(|_| has_two_digits);
     value.ok_or_else(|| format!("'{word}' is not a byte: write two hex digits"))
 }
 
@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_and_remarks() {
+    fn quotes_keep_words_together_and_comments_are_dropped() {
         let words = split(r#"set DeviceName device_name="A b" "" # the name"#).unwrap();
         assert_eq!(words, ["set", "DeviceName", "device_name=A b", ""]);
         assert!(split("a \"b").is_err());
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn times_bytes_and_codes() {
+    fn times_bytes_and_codes_are_parsed() {
         let words = |text: &str| split(text).unwrap();
         assert_eq!(span(&words("1.5 s")), Ok(Duration::from_millis(1500)));
         assert_eq!(span(&words("20 ms")), Ok(Duration::from_millis(20)));

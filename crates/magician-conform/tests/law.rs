@@ -29,9 +29,9 @@ fn nearest(seconds: f64) -> f64 {
 
 /// Motion from rest to rest: length, highest speed, acceleration.
 #[derive(Clone, Copy)]
-struct Way(f64, f64, f64);
+struct Motion(f64, f64, f64);
 
-impl Way {
+impl Motion {
     /// Returns the duration in continuous time.
     fn seconds(self) -> f64 {
         let Self(length, v, a) = self;
@@ -42,15 +42,15 @@ impl Way {
         }
     }
 
-    fn lasts(self) -> f64 {
+    fn duration(self) -> f64 {
         whole(self.seconds())
     }
 
     /// Returns the position at a time: the sum of the distances in the periods that have ended,
     /// each the speed at its end times its length. After the last period this is the target.
-    fn place(self, at: f64) -> f64 {
+    fn position(self, at: f64) -> f64 {
         let Self(length, v, a) = self;
-        if ended(at) >= ended(self.lasts()) {
+        if ended(at) >= ended(self.duration()) {
             return length;
         }
         let peak = v.min((length * a).sqrt());
@@ -64,17 +64,17 @@ impl Way {
 
 /// Returns the distance that a jog covers in a time while `speed` changes to `target`.
 fn jog(mut speed: f64, target: f64, a: f64, at: f64) -> f64 {
-    let mut place = 0.0;
+    let mut position = 0.0;
     for _ in 0..ended(at) {
         speed += (target - speed).clamp(-a * T, a * T);
-        place += speed * T;
+        position += speed * T;
     }
-    place
+    position
 }
 
 /// Returns the speeds at the ends and junctions of path segments of these lengths: 0 at both ends,
 /// and at most `corner` at a junction. The path has 100 mm/s2 and at most 100 mm/s.
-fn joints(lengths: &[f64], corner: f64) -> Vec<f64> {
+fn junction_speeds(lengths: &[f64], corner: f64) -> Vec<f64> {
     let count = lengths.len();
     let mut squares = vec![(corner * corner).min(100.0 * 100.0); count + 1];
     (squares[0], squares[count]) = (0.0, 0.0);
@@ -132,19 +132,19 @@ impl Segment {
     /// If that shortens the segment, all its parts are shortened by the same factor. If it
     /// lengthens the segment, the peak speed is lower; a peak between the speeds at the ends is a
     /// plateau within the only ramp. If neither is possible, the speed is constant.
-    fn place(self, at: f64) -> f64 {
+    fn position(self, at: f64) -> f64 {
         let Self {
             length,
             entry,
             exit,
         } = self;
-        let lasts = nearest(self.seconds());
-        let share = lasts / self.seconds();
+        let duration = nearest(self.seconds());
+        let share = duration / self.seconds();
         if share < 1.0 {
             let (up, down) = self.ramps();
             let (up, down) = (share * up, share * down);
-            let peak = (length - 0.5 * (entry * up + exit * down)) / (lasts - 0.5 * (up + down));
-            let left = lasts - at;
+            let peak = (length - 0.5 * (entry * up + exit * down)) / (duration - 0.5 * (up + down));
+            let left = duration - at;
             return if at < up {
                 at * (entry + 0.5 * (peak - entry) * at / up)
             } else if left < down {
@@ -153,22 +153,22 @@ impl Segment {
                 0.5 * (entry + peak) * up + peak * (at - up)
             };
         }
-        let rise = 0.5 * (100.0 * lasts + entry + exit);
+        let rise = 0.5 * (100.0 * duration + entry + exit);
         let under = rise * rise - 100.0 * length - 0.5 * (entry * entry + exit * exit);
         let mut peak = rise - under.max(0.0).sqrt();
         let (high, low) = (entry.max(exit), entry.min(exit));
         if peak < high {
             let ramp = (high - low) / 100.0;
-            if ramp < lasts {
-                peak = (length - 0.5 * (high + low) * ramp) / (lasts - ramp);
+            if ramp < duration {
+                peak = (length - 0.5 * (high + low) * ramp) / (duration - ramp);
             }
-            if ramp >= lasts || peak < low {
-                return length * at / lasts;
+            if ramp >= duration || peak < low {
+                return length * at / duration;
             }
         }
         let (up, down) = ((peak - entry).abs() / 100.0, (peak - exit).abs() / 100.0);
         let slope = |from: f64, to: f64| (to - from).signum() * 100.0;
-        let left = lasts - at;
+        let left = duration - at;
         if at < up {
             at * (entry + 0.5 * slope(entry, peak) * at)
         } else if left < down {
@@ -181,7 +181,7 @@ impl Segment {
 
 /// Returns the segments of a path.
 fn path(lengths: &[f64], corner: f64) -> Vec<Segment> {
-    let speeds = joints(lengths, corner);
+    let speeds = junction_speeds(lengths, corner);
     let pairs = speeds.windows(2).zip(lengths);
     pairs
         .map(|(speeds, length)| Segment {
@@ -192,24 +192,24 @@ fn path(lengths: &[f64], corner: f64) -> Vec<Segment> {
         .collect()
 }
 
-fn path_lasts(segments: &[Segment]) -> f64 {
+fn path_duration(segments: &[Segment]) -> f64 {
     segments
         .iter()
         .map(|segment| nearest(segment.seconds()))
         .sum()
 }
 
-fn path_place(segments: &[Segment], at: f64) -> f64 {
+fn path_position(segments: &[Segment], at: f64) -> f64 {
     let mut at = f64::from(ended(at)) * T;
-    let mut place = 0.0;
+    let mut position = 0.0;
     for segment in segments {
-        let lasts = nearest(segment.seconds());
-        if at < lasts - 1e-9 {
-            return place + segment.place(at);
+        let duration = nearest(segment.seconds());
+        if at < duration - 1e-9 {
+            return position + segment.position(at);
         }
-        (at, place) = (at - lasts, place + segment.length);
+        (at, position) = (at - duration, position + segment.length);
     }
-    place
+    position
 }
 
 /// Steps of each case, from its file.
@@ -256,13 +256,13 @@ impl Cases {
     }
 
     /// Compares the duration of the `nth` motion of a case.
-    fn lasts(&self, id: &str, nth: usize, seconds: f64) {
+    fn check_duration(&self, id: &str, nth: usize, seconds: f64) {
         let steps = self.steps(id, "done after ");
-        let told = steps[nth].split_once(" s").expect("seconds").0;
-        let told: f64 = told.parse().expect("a number");
+        let stated = steps[nth].split_once(" s").expect("seconds").0;
+        let stated: f64 = stated.parse().expect("a number");
         assert!(
-            (told - seconds).abs() < 1e-6,
-            "{id}: {told} and not {seconds} s"
+            (stated - seconds).abs() < 1e-6,
+            "{id}: {stated} and not {seconds} s"
         );
     }
 
@@ -274,18 +274,18 @@ impl Cases {
                 Some(joint) => ("joint_angle", joint.parse::<usize>().expect("a joint") - 1),
                 None => (*name, 0),
             };
-            let told = step
+            let stated = step
                 .split(' ')
                 .find_map(|word| word.strip_prefix(field)?.strip_prefix('='));
-            let told = told.unwrap_or_else(|| panic!("{id}: no {name} in {step}"));
-            let told = told
+            let stated = stated.unwrap_or_else(|| panic!("{id}: no {name} in {step}"));
+            let stated = stated
                 .split("+-")
                 .next()
-                .and_then(|told| told.split(',').nth(joint));
-            let told: f64 = told.expect("a value").parse().expect("a number");
+                .and_then(|stated| stated.split(',').nth(joint));
+            let stated: f64 = stated.expect("a value").parse().expect("a number");
             assert!(
-                (told - value).abs() < 1e-3,
-                "{id}, pose {nth}: {name}={told} and not {value:.4}"
+                (stated - value).abs() < 1e-3,
+                "{id}, pose {nth}: {name}={stated} and not {value:.4}"
             );
         }
     }
@@ -295,23 +295,23 @@ impl Cases {
 fn point_to_point_follows_from_the_law() {
     let cases = Cases::read();
     // Power-up: 200 mm/s and 200 mm/s2, 200 deg/s and 200 deg/s2, at ratios of 50.
-    let line = |length| Way(length, 100.0, 100.0);
-    let turn = |degrees| Way(degrees, 100.0, 100.0);
-    let full = |length| Way(length, 200.0, 200.0);
-    cases.lasts("ptp.movl-100-mm-full-speed", 0, full(100.0).lasts());
-    cases.lasts("ptp.movj-90-deg", 0, turn(90.0).lasts());
-    cases.lasts("ptp.movj-90-deg-full-speed", 0, full(90.0).lasts());
+    let line = |length| Motion(length, 100.0, 100.0);
+    let turn = |degrees| Motion(degrees, 100.0, 100.0);
+    let full = |length| Motion(length, 200.0, 200.0);
+    cases.check_duration("ptp.movl-100-mm-full-speed", 0, full(100.0).duration());
+    cases.check_duration("ptp.movj-90-deg", 0, turn(90.0).duration());
+    cases.check_duration("ptp.movj-90-deg-full-speed", 0, full(90.0).duration());
     for (nth, at) in [0.5, 1.0, 1.5].into_iter().enumerate() {
-        let y = -50.0 + line(100.0).place(at);
+        let y = -50.0 + line(100.0).position(at);
         cases.pose("ptp.movl-on-the-way", nth, &[("y", y)]);
     }
     for (nth, at) in [1.0, 1.25, 1.5, 2.0].into_iter().enumerate() {
-        let y = -75.0 + line(150.0).place(at);
+        let y = -75.0 + line(150.0).position(at);
         cases.pose("ptp.movl-cruises", nth, &[("y", y)]);
     }
     // J1 at 40 deg/s2, whose duration the other joints share.
-    let midway = Way(90.0, 100.0, 40.0);
-    let share = midway.place(1.5) / 90.0;
+    let midway = Motion(90.0, 100.0, 40.0);
+    let share = midway.position(1.5) / 90.0;
     let joints = [
         ("j1", 90.0 * share),
         ("j2", 45.0 - 10.0 * share),
@@ -320,33 +320,37 @@ fn point_to_point_follows_from_the_law() {
     ];
     cases.pose("ptp.movj-midway", 0, &joints);
     for (nth, at) in [0.5, 1.0].into_iter().enumerate() {
-        let way = line(100.0).place(at);
-        let place = [("x", 180.0 + 0.6 * way), ("y", -60.0 + 0.8 * way)];
-        cases.pose("ptp.movl-is-straight", nth, &place);
+        let way = line(100.0).position(at);
+        let position = [("x", 180.0 + 0.6 * way), ("y", -60.0 + 0.8 * way)];
+        cases.pose("ptp.movl-is-straight", nth, &position);
     }
-    let j1 = (-45.0 + turn(90.0).place(0.948)).to_radians();
-    let place = [("x", HOME_X * j1.cos()), ("y", HOME_X * j1.sin())];
-    cases.pose("ptp.movj-is-not-straight", 0, &place);
-    cases.lasts("ptp.no-blending", 0, 2.0 * line(50.0).lasts());
-    cases.lasts("ptp.ratio-above-100", 0, full(100.0).lasts());
-    cases.lasts("ptp.speed-set-in-time", 0, full(90.0).lasts());
+    let j1 = (-45.0 + turn(90.0).position(0.948)).to_radians();
+    let position = [("x", HOME_X * j1.cos()), ("y", HOME_X * j1.sin())];
+    cases.pose("ptp.movj-is-not-straight", 0, &position);
+    cases.check_duration("ptp.no-blending", 0, 2.0 * line(50.0).duration());
+    cases.check_duration("ptp.ratio-above-100", 0, full(100.0).duration());
+    cases.check_duration("ptp.speed-set-in-time", 0, full(90.0).duration());
     // Remainder after 500 ms.
-    cases.lasts("ptp.speed-set-too-late", 0, turn(90.0).lasts() - 0.5);
+    cases.check_duration("ptp.speed-set-too-late", 0, turn(90.0).duration() - 0.5);
     let chord = 2.0 * HOME_X * 30.0_f64.to_radians().sin();
-    let y = -0.5 * chord + line(chord).place(1.497);
+    let y = -0.5 * chord + line(chord).position(1.497);
     let x = HOME_X * 30.0_f64.to_radians().cos();
     cases.pose("ptp.mode-5-is-straight", 0, &[("x", x), ("y", y)]);
     // 2 sqrt(90/300) s: the speed of 320 deg/s is not reached.
-    cases.lasts("ptp.joint-ceilings", 0, Way(90.0, 320.0, 300.0).lasts());
+    cases.check_duration(
+        "ptp.joint-ceilings",
+        0,
+        Motion(90.0, 320.0, 300.0).duration(),
+    );
     for (name, v, a) in [("slow-ramps", 200.0, 50.0), ("slow-speed", 50.0, 200.0)] {
         let id = format!("ptp.ratios-apart-{name}");
-        cases.lasts(&id, 0, Way(90.0, v, a).lasts());
-        cases.lasts(&id, 1, Way(100.0, v, a).lasts());
+        cases.check_duration(&id, 0, Motion(90.0, v, a).duration());
+        cases.check_duration(&id, 1, Motion(100.0, v, a).duration());
     }
     let id = "queue.parameters-between-moves";
-    cases.lasts(id, 0, turn(90.0).lasts() + full(90.0).lasts());
-    cases.lasts("wait.behind-a-move", 0, turn(90.0).lasts() + 0.5);
-    let after = turn(90.0).place(0.6);
+    cases.check_duration(id, 0, turn(90.0).duration() + full(90.0).duration());
+    cases.check_duration("wait.behind-a-move", 0, turn(90.0).duration() + 0.5);
+    let after = turn(90.0).position(0.6);
     cases.pose("queue.force-stop-brakes-twice-as-hard", 0, &[("j1", after)]);
     let stands = after + jog(60.0, 0.0, 200.0, 0.3);
     cases.pose(
@@ -356,50 +360,58 @@ fn point_to_point_follows_from_the_law() {
     );
     // J1 turns 90 degrees in the 4 s that the rail takes. Its speed profile is a triangle, with an
     // acceleration of 4 * angle / duration^2.
-    let along = Way(90.0, 200.0, 4.0 * 90.0 / (4.0 * 4.0)).place(2.0);
+    let along = Motion(90.0, 200.0, 4.0 * 90.0 / (4.0 * 4.0)).position(2.0);
     cases.pose("rail.on-the-way", 0, &[("j1", along)]);
     let rail = cases.steps("rail.on-the-way", "get PoseL -> pose_l=")[0];
     let rail: f64 = rail
         .split("+-")
         .next()
-        .and_then(|told| told.parse().ok())
+        .and_then(|stated| stated.parse().ok())
         .expect("a place");
-    assert!((rail - line(300.0).place(2.0)).abs() < 1e-3, "{rail}");
+    assert!((rail - line(300.0).position(2.0)).abs() < 1e-3, "{rail}");
 }
 
 #[test]
 fn jumps_follow_from_the_law() {
     let cases = Cases::read();
-    let leg = |length| Way(length, 100.0, 100.0);
+    let leg = |length| Motion(length, 100.0, 100.0);
     let (lift, across) = (leg(20.0), leg(50.0));
-    cases.pose("ptp.jump-lifts", 0, &[("z", lift.place(0.447))]);
-    cases.pose("ptp.jump-lifts", 1, &[("z", lift.place(0.894))]);
+    cases.pose("ptp.jump-lifts", 0, &[("z", lift.position(0.447))]);
+    cases.pose("ptp.jump-lifts", 1, &[("z", lift.position(0.894))]);
     for (nth, at) in [(2, 1.602), (3, 2.309)] {
-        let y = across.place(at - lift.lasts());
+        let y = across.position(at - lift.duration());
         cases.pose("ptp.jump-lifts", nth, &[("y", y)]);
     }
-    cases.lasts("ptp.jump-duration", 0, 2.0 * lift.lasts() + across.lasts());
-    let low = 2.0 * leg(10.0).lasts() + across.lasts();
-    cases.lasts("ptp.jump-z-limit", 0, low);
-    cases.lasts("ptp.jump-from-above-the-z-limit", 0, across.lasts());
-    cases.pose("ptp.jump-higher-end", 0, &[("z", leg(50.0).place(1.415))]);
+    cases.check_duration(
+        "ptp.jump-duration",
+        0,
+        2.0 * lift.duration() + across.duration(),
+    );
+    let low = 2.0 * leg(10.0).duration() + across.duration();
+    cases.check_duration("ptp.jump-z-limit", 0, low);
+    cases.check_duration("ptp.jump-from-above-the-z-limit", 0, across.duration());
+    cases.pose(
+        "ptp.jump-higher-end",
+        0,
+        &[("z", leg(50.0).position(1.415))],
+    );
     // 30 degrees at 50 deg/s and 50 deg/s2 take longer than 50 mm.
-    let r = Way(30.0, 50.0, 50.0).place(2.444 - lift.lasts());
+    let r = Motion(30.0, 50.0, 50.0).position(2.444 - lift.duration());
     cases.pose("ptp.jump-turns-on-the-transfer", 1, &[("r", r)]);
     let slope = 50.0_f64.hypot(20.0);
-    let legs = leg(10.0).lasts() + leg(slope).lasts() + leg(30.0).lasts();
-    cases.lasts("ptp.jump2-heights", 0, legs);
+    let legs = leg(10.0).duration() + leg(slope).duration() + leg(30.0).duration();
+    cases.check_duration("ptp.jump2-heights", 0, legs);
     let id = "ptp.jump-transfer-straight";
-    let y = -60.0 + leg(120.0).place(1.994 - lift.lasts());
+    let y = -60.0 + leg(120.0).position(1.994 - lift.duration());
     cases.pose(id, 0, &[("y", y)]);
-    cases.lasts(id, 0, 2.0 * lift.lasts() + leg(120.0).lasts());
+    cases.check_duration(id, 0, 2.0 * lift.duration() + leg(120.0).duration());
     // J1 turns from one end to the other at the same radius.
     let turn = 2.0 * (60.0_f64 / 200.0).atan().to_degrees();
-    let j1 = -0.5 * turn + leg(turn).place(1.472 - lift.lasts());
+    let j1 = -0.5 * turn + leg(turn).position(1.472 - lift.duration());
     let (sin, cos) = j1.to_radians().sin_cos();
     let radius = 200.0_f64.hypot(60.0);
-    let place = [("x", radius * cos), ("y", radius * sin)];
-    cases.pose("ptp.jump-transfer-in-joints", 0, &place);
+    let position = [("x", radius * cos), ("y", radius * sin)];
+    cases.pose("ptp.jump-transfer-in-joints", 0, &position);
 }
 
 #[test]
@@ -407,8 +419,8 @@ fn arcs_follow_from_the_law() {
     let cases = Cases::read();
     // Point-to-point speeds at power-up are 200 mm/s and 200 mm/s2; most cases set their ratio to
     // 100. The circle has a radius of 50 mm around x = 200.
-    let turn = |share: f64| Way(share * std::f64::consts::TAU * 50.0, 200.0, 200.0);
-    let at = |way: Way, seconds: f64| (way.place(seconds) / 50.0).sin_cos();
+    let turn = |share: f64| Motion(share * std::f64::consts::TAU * 50.0, 200.0, 200.0);
+    let at = |way: Motion, seconds: f64| (way.position(seconds) / 50.0).sin_cos();
     let (half, full) = (turn(0.5), turn(1.0));
     let (sin, cos) = at(half, 0.886);
     for (id, axis, side) in [
@@ -416,39 +428,39 @@ fn arcs_follow_from_the_law() {
         ("arc.other-sense", "y", -1.0),
         ("arc.upright", "z", 1.0),
     ] {
-        let place = [("x", 200.0 + 50.0 * cos), (axis, side * 50.0 * sin)];
-        cases.pose(id, 0, &place);
+        let position = [("x", 200.0 + 50.0 * cos), (axis, side * 50.0 * sin)];
+        cases.pose(id, 0, &position);
     }
     let (sin, cos) = at(turn(0.75), 1.089);
-    let place = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
-    cases.pose("arc.more-than-half", 0, &place);
+    let position = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
+    cases.pose("arc.more-than-half", 0, &position);
     // A ratio of 50.
-    let slower = Way(half.0, 100.0, 100.0);
+    let slower = Motion(half.0, 100.0, 100.0);
     for id in [
         "arc.duration",
         "arc.not-the-arc-parameters",
         "arc.own-ratio",
         "arc.after-a-cleared-alarm",
     ] {
-        cases.lasts(id, 0, slower.lasts());
+        cases.check_duration(id, 0, slower.duration());
     }
     for (name, v, a) in [("slow-ramps", 200.0, 50.0), ("slow-speed", 50.0, 200.0)] {
         let id = format!("arc.ratios-apart-{name}");
-        cases.lasts(&id, 0, Way(half.0, v, a).lasts());
+        cases.check_duration(&id, 0, Motion(half.0, v, a).duration());
     }
-    let r = 60.0 * half.place(0.886) / half.0;
+    let r = 60.0 * half.position(0.886) / half.0;
     cases.pose("arc.rotation", 0, &[("r", r)]);
-    cases.lasts("arc.circle", 0, full.lasts());
-    cases.lasts("arc.circle-without-count", 0, full.lasts());
-    cases.lasts("arc.circle-twice", 0, turn(2.0).lasts());
+    cases.check_duration("arc.circle", 0, full.duration());
+    cases.check_duration("arc.circle-without-count", 0, full.duration());
+    cases.check_duration("arc.circle-twice", 0, turn(2.0).duration());
     let (sin, cos) = at(full, 1.285);
-    let place = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
-    cases.pose("arc.circle-halfway", 0, &place);
+    let position = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
+    cases.pose("arc.circle-halfway", 0, &position);
     let times = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.7];
     for (nth, seconds) in times.into_iter().enumerate() {
         let (sin, cos) = at(half, seconds);
-        let place = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
-        cases.pose("arc.round-on-the-way", nth, &place);
+        let position = [("x", 200.0 + 50.0 * cos), ("y", 50.0 * sin)];
+        cases.pose("arc.round-on-the-way", nth, &position);
     }
 }
 
@@ -498,37 +510,41 @@ fn continuous_paths_follow_from_the_law() {
     let straight = |count: usize, length: f64| path(&vec![length; count], f64::INFINITY);
     // Speed at a right-angled corner: 0.5 planAcc period / sin(45 degrees).
     let right_angle = 0.5 * 100.0 * T / 45.0_f64.to_radians().sin();
-    cases.lasts("cp.blends-collinear", 0, path_lasts(&straight(10, 10.0)));
-    cases.lasts("cp.indices-on-the-way", 0, path_lasts(&straight(2, 50.0)));
-    let y = -50.0 + path_place(&straight(2, 50.0), 1.01);
+    cases.check_duration("cp.blends-collinear", 0, path_duration(&straight(10, 10.0)));
+    cases.check_duration(
+        "cp.indices-on-the-way",
+        0,
+        path_duration(&straight(2, 50.0)),
+    );
+    let y = -50.0 + path_position(&straight(2, 50.0), 1.01);
     cases.pose("cp.indices-on-the-way", 0, &[("y", y)]);
     let corner = path(&[50.0, 50.0], right_angle);
-    cases.lasts("cp.corner", 0, path_lasts(&corner));
-    let alone = path_lasts(&straight(1, 50.0));
-    cases.lasts("cp.runs-dry", 0, alone);
-    cases.lasts("cp.runs-dry", 1, alone);
+    cases.check_duration("cp.corner", 0, path_duration(&corner));
+    let alone = path_duration(&straight(1, 50.0));
+    cases.check_duration("cp.runs-dry", 0, alone);
+    cases.check_duration("cp.runs-dry", 1, alone);
     let many = straight(20, 5.0);
     let times = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75];
     for (nth, at) in times.into_iter().enumerate() {
-        let y = -50.0 + path_place(&many, at);
+        let y = -50.0 + path_position(&many, at);
         cases.pose("cp.on-the-way", nth, &[("y", y)]);
     }
-    cases.lasts("cp.on-the-way", 0, path_lasts(&many));
+    cases.check_duration("cp.on-the-way", 0, path_duration(&many));
     for (nth, at) in [0.5, 1.4].into_iter().enumerate() {
-        let y = -50.0 + path_place(&corner, at);
+        let y = -50.0 + path_position(&corner, at);
         cases.pose("cp.corner-on-the-way", nth, &[("y", y)]);
     }
-    let x = 200.0 + path_place(&corner, 2.3) - 50.0;
+    let x = 200.0 + path_position(&corner, 2.3) - 50.0;
     cases.pose("cp.corner-on-the-way", 2, &[("x", x)]);
-    cases.lasts(
+    cases.check_duration(
         "cp.after-a-cleared-alarm",
         0,
-        path_lasts(&straight(4, 25.0)),
+        path_duration(&straight(4, 25.0)),
     );
     // A ramp of 4.5 mm up to 30 mm/s at 100 mm/s2, 30 segments at that speed, and a ramp of 4.5 mm
     // to rest.
     for (nth, length) in [1.0, 1.4].into_iter().enumerate() {
-        let lasts = 2.0 * nearest(0.3) + 30.0 * nearest(length / 30.0);
-        cases.lasts("cp.whole-periods", nth, lasts);
+        let duration = 2.0 * nearest(0.3) + 30.0 * nearest(length / 30.0);
+        cases.check_duration("cp.whole-periods", nth, duration);
     }
 }

@@ -112,7 +112,7 @@ const USB: LineTiming = LineTiming {
 };
 
 #[test]
-fn the_cases_pass_over_a_line_that_takes_its_time() {
+fn cases_pass_at_115200_baud() {
     let (failed, passed) = failed(Speed::Times(1.0), USB, |_| true);
     assert!(failed.is_empty(), "{failed:#?}");
     assert!(passed > 150, "{passed} cases were done");

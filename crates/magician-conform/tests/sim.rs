@@ -1,5 +1,5 @@
-//! Every case on the virtual arm, and the effect of other profiles. `assumptions` tests that each
-//! violated assumption is found.
+//! Runs every case on the virtual arm, and checks which cases fail with other profiles. The tests
+//! in `assumptions` check that a case fails for each violated assumption.
 
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ fn run<'c>(profile: Profile, cases: &[&'c Case]) -> Vec<(&'c Case, Outcome)> {
     })
 }
 
-fn told(case: &Case, outcome: &Outcome) -> String {
+fn describe(case: &Case, outcome: &Outcome) -> String {
     match outcome {
         Outcome::Failed(m) => format!(
             "{} ({}.toml:{})\n    {}\n    sent     {}\n    expected {}\n    got      {} [{}]",
@@ -51,12 +51,12 @@ fn the_virtual_arm_passes_every_case() {
     let suite = suite();
     let cases: Vec<_> = suite.cases().iter().collect();
     let outcomes = run(Profile::default(), &cases);
-    let bad: Vec<_> = outcomes
+    let failures: Vec<_> = outcomes
         .iter()
         .filter(|(_, outcome)| *outcome != Outcome::Passed)
-        .map(|(case, outcome)| told(case, outcome))
+        .map(|(case, outcome)| describe(case, outcome))
         .collect();
-    assert!(bad.is_empty(), "\n{}", bad.join("\n"));
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
 /// Returns the cases that an arm with another profile fails.
@@ -86,13 +86,13 @@ fn fails(change: impl FnOnce(&mut Profile), named: &[&str]) {
 }
 
 #[test]
-fn another_first_index_is_found_where_it_counts_only() {
+fn another_first_index_fails_only_the_power_up_case() {
     let failed = failed_with(|profile| profile.queue.first_index = 1);
     assert_eq!(failed, ["queue.at-power-up"]);
 }
 
 #[test]
-fn another_limit_is_found_on_its_joint_only() {
+fn another_limit_of_j3_fails_only_its_cases() {
     let failed = failed_with(|profile| profile.limits.controller.j3.min = -14.0);
     for id in &failed {
         assert!(
@@ -130,7 +130,7 @@ fn another_home_is_found() {
 
 /// The profile `continuous` describes the same arm except for its times.
 #[test]
-fn an_arm_in_continuous_time_fails_only_where_times_and_places_on_the_way_count() {
+fn arm_in_continuous_time_fails_only_cases_about_times_and_positions_on_the_way() {
     let suite = suite();
     let cases: Vec<_> = suite.cases().iter().collect();
     let outcomes = run(Profile::continuous(), &cases);
@@ -139,7 +139,11 @@ fn an_arm_in_continuous_time_fails_only_where_times_and_places_on_the_way_count(
     for (case, outcome) in outcomes {
         if let Outcome::Failed(_) = &outcome {
             count += 1;
-            assert!(timed.contains(&case.chapter()), "{}", told(case, &outcome));
+            assert!(
+                timed.contains(&case.chapter()),
+                "{}",
+                describe(case, &outcome)
+            );
         }
     }
     assert!((40..80).contains(&count), "{count} of {}", cases.len());

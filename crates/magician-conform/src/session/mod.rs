@@ -84,7 +84,7 @@ pub(crate) struct Session<T> {
     last: Option<u64>,
     /// Time of the last set or queued command on the arm's clock; not read over a line unless a
     /// step needs it.
-    ordered: ArmInstant,
+    command_time: ArmInstant,
     timed: bool,
 }
 
@@ -98,7 +98,7 @@ impl<T: Target> Session<T> {
             sent: Vec::new(),
             before: 0,
             last: None,
-            ordered: ArmInstant::ZERO,
+            command_time: ArmInstant::ZERO,
             timed: false,
         }
     }
@@ -164,7 +164,7 @@ impl<T: Target> Session<T> {
         self.last = None;
         // Earlier cases may have used the queue, so `finished nothing` means this index.
         self.before = self.current().await?;
-        self.order().await
+        self.mark_command_time().await
     }
 
     fn sees(&mut self, observation: Observation) -> StepResult {
@@ -184,7 +184,7 @@ impl<T: Target> Session<T> {
                 self.send(bytes).await?;
                 // On a line the answer to a reading of the clock could mix with the one under test.
                 if self.target.stepped().is_some() {
-                    self.order().await?;
+                    self.mark_command_time().await?;
                 }
                 Ok(())
             }
@@ -201,9 +201,9 @@ impl<T: Target> Session<T> {
             Action::Rest => self.rest().await,
             Action::Finished(finished) => self.finished(*finished).await,
             Action::Alarms(alarms) => self.alarms(alarms).await,
-            Action::Happens(happening) => {
-                if self.target.happens(*happening) {
-                    self.order().await
+            Action::Happens(event) => {
+                if self.target.happens(*event) {
+                    self.mark_command_time().await
                 } else {
                     differs(
                         "that this can be made to happen",

@@ -23,9 +23,9 @@ impl<T: Target> Session<T> {
         }
     }
 
-    pub(super) async fn order(&mut self) -> StepResult {
+    pub(super) async fn mark_command_time(&mut self) -> StepResult {
         if self.timed {
-            self.ordered = self.clock().await?;
+            self.command_time = self.clock().await?;
         }
         Ok(())
     }
@@ -34,7 +34,7 @@ impl<T: Target> Session<T> {
     async fn elapsed(&mut self) -> Result<Duration, StepError> {
         // A 32-bit counter of milliseconds wraps after 49.7 days.
         let wrap = Duration::from_millis(1 << 32);
-        let (now, then) = (self.clock().await?, self.ordered);
+        let (now, then) = (self.clock().await?, self.command_time);
         Ok(if now < then {
             now + wrap - then
         } else {

@@ -139,7 +139,7 @@ impl<T: Target> Session<T> {
         }
         // Durations count from the answer to the last command.
         if row.sets(view.ctrl()) {
-            self.order().await?;
+            self.mark_command_time().await?;
         }
         Ok(())
     }

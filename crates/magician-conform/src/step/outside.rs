@@ -30,7 +30,7 @@ pub(crate) struct Observation {
 }
 
 /// Parses an external event.
-pub(super) fn happening(words: &[String]) -> Result<ExternalEvent, String> {
+pub(super) fn parse_event(words: &[String]) -> Result<ExternalEvent, String> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let number = |text: &str| {
         text.parse::<f64>()

@@ -43,7 +43,8 @@ impl SimTarget {
 
     fn advance(&mut self, span: Duration) {
         self.arm.advance(self.arm.now() + span);
-        // The controller has no separate clock for the line: half a frame expires here.
+        // An incomplete frame expires here, because the controller has no separate clock for the
+        // line.
         if span >= Duration::from_millis(INTER_BYTE_TIMEOUT_MS) {
             self.arm.expire(self.link);
         }
@@ -96,8 +97,8 @@ impl Target for SimTarget {
         true
     }
 
-    fn happens(&mut self, happening: ExternalEvent) -> bool {
-        self.arm.inject(happening);
+    fn happens(&mut self, event: ExternalEvent) -> bool {
+        self.arm.inject(event);
         true
     }
 

@@ -9,10 +9,10 @@ use magician_protocol::commands::{Set, WaitCmd};
 use magician_protocol::{Ctrl, Deframer, Event, Frame, FrameBuf, NoArgs, Readable, Request, Row};
 use magician_sim::{ArmInstant, Controller, ExternalEvent, LinkId, Profile, World};
 
-/// Link on which the arm is accessed behind the runner's back.
-const ASIDE: LinkId = LinkId(99);
-/// Interval of looks at an arm whose violation takes time.
-const LOOK: Duration = Duration::from_millis(5);
+/// Link for commands of the tests that the runner does not see.
+const SIDE_LINK: LinkId = LinkId(99);
+/// Step of time between two side effects of `Violation::Time`. Longer in waits of more than 10 s.
+const TIME_STEP: Duration = Duration::from_millis(5);
 
 /// Kind of violation of an assumption.
 // Each hook type is used only here.
@@ -30,7 +30,7 @@ pub(crate) enum Violation {
     Reply(Box<dyn FnMut(&mut Controller, FrameBuf) -> FrameBuf>),
     /// Altered external event; true if it is injected.
     Event(Box<dyn FnMut(&mut Controller, ExternalEvent) -> bool>),
-    /// Side effects of passing time, in short steps.
+    /// Side effect, repeated after each short step of time.
     Time(Box<dyn FnMut(&mut Controller)>),
     /// All hosts are treated as one.
     OneLink,
@@ -44,7 +44,7 @@ pub(crate) enum Fate {
     Ignored,
     /// Not answered, without effect.
     Unanswered,
-    /// Replaced by this one, and answered as if it was the original.
+    /// Replaced by this request; the reply gets the id and Ctrl of the original.
     Replaced(FrameBuf),
     /// Answered by this, without effect.
     Answered(FrameBuf),
@@ -59,7 +59,7 @@ pub(crate) struct ViolatingArm {
 }
 
 impl ViolatingArm {
-    /// Creates an arm that begins each case with such a violation.
+    /// Creates an arm. `begin` creates a fresh violation for each case.
     pub(crate) fn new(begin: impl Fn() -> Violation + 'static) -> Self {
         let violation = begin();
         let mut profile = Profile::default();
@@ -77,11 +77,11 @@ impl ViolatingArm {
     /// Collects the answers of the arm.
     async fn collect(&mut self) -> Result<()> {
         let bytes = self.sim.receive(Duration::ZERO).await?;
-        self.answered(&bytes, |reply| reply);
+        self.store_replies(&bytes, |reply| reply);
         Ok(())
     }
 
-    fn answered(&mut self, bytes: &[u8], mut alter: impl FnMut(FrameBuf) -> FrameBuf) {
+    fn store_replies(&mut self, bytes: &[u8], mut alter: impl FnMut(FrameBuf) -> FrameBuf) {
         let (mut deframer, mut input) = (Deframer::new(), bytes);
         while let Some(event) = deframer.next(&mut input) {
             let Event::Frame { frame, .. } = event else {
@@ -100,7 +100,7 @@ impl ViolatingArm {
         self.sim.send(by.bytes()).await?;
         let bytes = self.sim.receive(Duration::ZERO).await?;
         let (id, ctrl) = (request.frame().id(), request.frame().ctrl());
-        self.answered(&bytes, |reply| {
+        self.store_replies(&bytes, |reply| {
             let reply = reply.frame();
             let ctrl = if reply.ctrl().error() {
                 ctrl.with_error()
@@ -156,7 +156,7 @@ impl Target for ViolatingArm {
     async fn receive(&mut self, within: Duration) -> Result<Vec<u8>> {
         if self.replies.is_empty() {
             let bytes = self.sim.receive(within).await?;
-            self.answered(&bytes, |reply| reply);
+            self.store_replies(&bytes, |reply| reply);
         }
         Ok(std::mem::take(&mut self.replies))
     }
@@ -165,7 +165,7 @@ impl Target for ViolatingArm {
         let Violation::Time(act) = &mut self.violation else {
             return self.sim.pass(span).await;
         };
-        let step = LOOK.max(span / 2000).min(span);
+        let step = TIME_STEP.max(span / 2000).min(span);
         let mut left = span;
         while !left.is_zero() {
             let step = step.min(left);
@@ -179,7 +179,7 @@ impl Target for ViolatingArm {
     async fn go_on(&mut self, at_most: Duration) -> Result<()> {
         match &mut self.violation {
             Violation::Time(act) => {
-                self.sim.go_on(at_most.min(LOOK)).await?;
+                self.sim.go_on(at_most.min(TIME_STEP)).await?;
                 act(self.sim.arm());
                 Ok(())
             }
@@ -192,19 +192,19 @@ impl Target for ViolatingArm {
     }
 
     fn power_up(&mut self, world: World) -> bool {
-        // The state of a violation belongs to the previous case.
+        // A fresh violation, because the old one has state of the previous case.
         self.violation = (self.begin)();
         self.replies.clear();
         self.sim.power_up(world)
     }
 
-    fn happens(&mut self, happening: ExternalEvent) -> bool {
+    fn happens(&mut self, event: ExternalEvent) -> bool {
         if let Violation::Event(act) = &mut self.violation
-            && !act(self.sim.arm(), happening)
+            && !act(self.sim.arm(), event)
         {
             return true;
         }
-        self.sim.happens(happening)
+        self.sim.happens(event)
     }
 
     fn sees(&mut self, observable: Observable) -> Option<f64> {
@@ -216,19 +216,19 @@ impl Target for ViolatingArm {
     }
 }
 
-/// Sends a setting to the arm behind the runner's back.
+/// Sends a setting to the arm without the runner.
 pub(crate) fn tell(arm: &mut Controller, set: &Set) {
     let frame = FrameBuf::set(set, Ctrl::SET).expect("fits");
-    arm.exchange(ASIDE, frame.bytes());
+    arm.exchange(SIDE_LINK, frame.bytes());
 }
 
-/// Reads a value of the arm behind the runner's back.
+/// Reads a value of the arm without the runner.
 pub(crate) fn ask<L: Readable<Query = NoArgs>>(arm: &mut Controller) -> L {
     ask_with(arm, &NoArgs)
 }
 
 pub(crate) fn ask_with<L: Readable>(arm: &mut Controller, query: &L::Query) -> L {
     let frame = FrameBuf::get(query, L::ROW).expect("fits");
-    let replies = arm.exchange(ASIDE, frame.bytes());
+    let replies = arm.exchange(SIDE_LINK, frame.bytes());
     replies[0].frame().read().expect("its form")
 }

@@ -101,12 +101,15 @@ fn a_case_fails_where_one_of_its_assumptions_is_violated() {
 const MISTAKES: &[(fn() -> Violation, &str)] = &[
     (mistakes::one_link, "framing.peers-get-their-own-answers"),
     (mistakes::one_link, "framing.peers-do-not-mix-their-frames"),
-    (mistakes::no_timeout, "framing.long-gap-in-a-frame"),
-    (mistakes::impatience, "framing.short-gap-in-a-frame"),
-    (mistakes::at_receipt, "queue.turn-of-*"),
-    (mistakes::at_receipt, "queue.parameters-between-moves"),
+    (mistakes::never_times_out, "framing.long-gap-in-a-frame"),
+    (mistakes::drops_split_frames, "framing.short-gap-in-a-frame"),
+    (mistakes::applies_at_receipt, "queue.turn-of-*"),
+    (
+        mistakes::applies_at_receipt,
+        "queue.parameters-between-moves",
+    ),
     (mistakes::weak_joints, "*.joint-ceilings"),
-    (mistakes::one_ratio, "*.ratios-apart-*"),
+    (mistakes::one_ratio_for_both, "*.ratios-apart-*"),
     (mistakes::lifts_first, "ptp.jump-corner-out-of-reach-*"),
 ];
 

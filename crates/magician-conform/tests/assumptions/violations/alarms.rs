@@ -69,8 +69,8 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
         A::HomeWhileHeld => {
             ignores(|arm, set, _| matches!(set, Set::HomeCmd(_)) && arm.state().queue.held)
         }
-        A::TargetChecked => instead(&[(0x11, 0x21), (0x12, 0x22)]),
-        A::PathChecked => instead(&[(0x21, 0x11), (0x22, 0x12)]),
+        A::TargetChecked => reports_other_codes(&[(0x11, 0x21), (0x12, 0x22)]),
+        A::PathChecked => reports_other_codes(&[(0x21, 0x11), (0x22, 0x12)]),
         // Joint targets are checked before the arm moves.
         A::JointTargets => ignores(|arm, set, _| {
             let Some(PtpCmd {
@@ -103,12 +103,9 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
         A::NoSpeed => hides(&[0x1A]),
         A::LostSteps => ignores_ids(&[171]),
         A::LostBase => hides(&[0x50]),
-        A::TeachKey => events(|_, happening| {
-            !matches!(
-                happening,
-                ExternalEvent::Unlock(_) | ExternalEvent::Guide(_)
-            )
-        }),
+        A::TeachKey => {
+            events(|_, event| !matches!(event, ExternalEvent::Unlock(_) | ExternalEvent::Guide(_)))
+        }
         A::TeachSettings => ignores_ids(&[40, 41]),
         A::PointCleared => {
             let seen = Cell::new(false);
@@ -124,8 +121,8 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
                 *index += state.queue.waiting as u64;
             }
         }),
-        A::BaseKey => events(|_, happening| happening != ExternalEvent::Key(Press::Short)),
-        A::BaseKeyHeld => events(|_, happening| happening != ExternalEvent::Key(Press::Long)),
+        A::BaseKey => events(|_, event| event != ExternalEvent::Key(Press::Short)),
+        A::BaseKeyHeld => events(|_, event| event != ExternalEvent::Key(Press::Long)),
         A::OfflineProgram => ignores_ids(&[243, 244]),
         A::OfflineMismatch => drops_mismatched(),
         A::OfflineBusy => requests(|arm, frame| {
@@ -154,7 +151,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
 }
 
 /// Reports alarms under other codes.
-fn instead(codes: &'static [(u8, u8)]) -> Violation {
+fn reports_other_codes(codes: &'static [(u8, u8)]) -> Violation {
     reports::<AlarmsState>(|_, alarms| {
         let other = |code| {
             codes

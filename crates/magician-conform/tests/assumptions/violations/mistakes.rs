@@ -1,4 +1,4 @@
-//! Mistakes that violate no listed assumption: duties of every controller of this kind.
+//! Mistakes that violate no listed assumption. Every controller of this kind has to avoid them.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Effect, PtpMode};
@@ -11,14 +11,14 @@ pub(crate) fn one_link() -> Violation {
     Violation::OneLink
 }
 
-/// Never times out a frame, however long the line is silent: time passes in steps too short to
-/// notice.
-pub(crate) fn no_timeout() -> Violation {
+/// Never times out an incomplete frame, however long the line is silent: time passes in steps that
+/// are shorter than the timeout.
+pub(crate) fn never_times_out() -> Violation {
     time(|_| {})
 }
 
-/// Gives up each piece of a frame separately.
-pub(crate) fn impatience() -> Violation {
+/// Drops a frame that arrives in several pieces.
+pub(crate) fn drops_split_frames() -> Violation {
     Violation::Bytes(Box::new(|bytes| match bytes {
         [0xAA, 0xAA, count, ..] if bytes.len() == usize::from(*count) + 4 => bytes.to_vec(),
         _ => Vec::new(),
@@ -26,7 +26,7 @@ pub(crate) fn impatience() -> Violation {
 }
 
 /// Applies a queued parameter on receipt.
-pub(crate) fn at_receipt() -> Violation {
+pub(crate) fn applies_at_receipt() -> Violation {
     sets(|arm, set, queued| {
         if queued && matches!(set.row().effect, Effect::Setting | Effect::Laser) {
             tell(arm, set);
@@ -43,7 +43,7 @@ pub(crate) fn weak_joints() -> Violation {
 }
 
 /// Uses the ratio of the speed for the acceleration too.
-pub(crate) fn one_ratio() -> Violation {
+pub(crate) fn one_ratio_for_both() -> Violation {
     sets(|_, set, _| match set {
         Set::PtpCommonParams(ratios) => ratios.acceleration_ratio = ratios.velocity_ratio,
         Set::ArcCommonParams(ratios) => ratios.acceleration_ratio = ratios.velocity_ratio,

@@ -17,7 +17,7 @@ use crate::arm::{Fate, Violation};
 
 /// Returns the violation of an assumption.
 pub(crate) fn violation(assumption: Assumption) -> Violation {
-    let rooms = [
+    let modules = [
         settings::violation,
         frames::violation,
         alarms::violation,
@@ -25,7 +25,9 @@ pub(crate) fn violation(assumption: Assumption) -> Violation {
         tools::violation,
         queue::violation,
     ];
-    let found = rooms.iter().find_map(|room| room(assumption));
+    let found = modules
+        .iter()
+        .find_map(|violation_in| violation_in(assumption));
     found.unwrap_or_else(|| panic!("nothing violates {assumption:?}"))
 }
 

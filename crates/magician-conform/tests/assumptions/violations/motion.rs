@@ -1,4 +1,5 @@
-//! Point-to-point moves, the rail, continuous paths, arcs and jogs.
+//! Violations of the assumptions about point-to-point moves, the rail, continuous paths, arcs and
+//! jogs.
 
 use std::cell::Cell;
 
@@ -16,12 +17,12 @@ const FORCE_STOP: Set = Set::QueuedCmdForceStopExec(QueuedCmdForceStopExec {});
 
 pub(super) fn violation(assumption: A) -> Option<Violation> {
     Some(match assumption {
-        // Longer ramps than the configured acceleration.
+        // Ramps longer than at the configured acceleration, because the ceilings are lower.
         A::PtpLaw => profile(|profile| {
             profile.ceilings.joint_acceleration = 50.0;
             profile.ceilings.linear_acceleration = 50.0;
         }),
-        // Settings changed while a move waits come too late for it.
+        // Ignores settings that arrive while a move waits in the queue.
         A::PlannedAtStart => ignores(|arm, set, queued| {
             !queued && matches!(set.row().id, 80..=83 | 87) && arm.state().queue.waiting > 0
         }),
@@ -72,11 +73,11 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
         }),
         A::OutputShare => sets(|_, set, _| {
             if let Set::PtpPoCmd(moves) = set {
-                let half = |output: &PoCmd| PoCmd {
+                let half_ratio = |output: &PoCmd| PoCmd {
                     ratio: output.ratio / 2,
                     ..*output
                 };
-                let outputs: Vec<PoCmd> = moves.po.as_slice().iter().map(half).collect();
+                let outputs: Vec<PoCmd> = moves.po.as_slice().iter().map(half_ratio).collect();
                 moves.po = PoList::new(&outputs).expect("as many as before");
             }
         }),
@@ -101,10 +102,11 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             Set::PtpWithLCmd(PtpWithLCmd { l, .. }) => *l > 1000.0,
             _ => false,
         }),
-        // Each segment ends at rest, or each that arrives during another one.
+        // `CpLaw`: each segment ends at rest. `CpFollows`: only a segment that arrives while the
+        // arm moves.
         A::CpLaw => segments(|_| true),
         A::CpFollows => segments(|arm| arm.state().moving),
-        // J4 turns against J1.
+        // J4 turns against J1 along a path, so that r stays 0.
         A::CpRotation => {
             let on_a_path = Cell::new(false);
             replies(move |_, reply| {
@@ -180,7 +182,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
                 tell(arm, &FORCE_STOP);
             }
         }),
-        // The current axis continues.
+        // A jog of another axis is ignored, and the current axis continues.
         A::JogAxisChange => {
             let first = Cell::new(None);
             ignores(move |arm, set, _| {
@@ -213,14 +215,14 @@ fn modes(pairs: &'static [(PtpMode, PtpMode)]) -> Violation {
 }
 
 /// Turns some segments of a path into separate moves.
-fn segments(which: fn(&mut Controller) -> bool) -> Violation {
+fn segments(selects: fn(&mut Controller) -> bool) -> Violation {
     sets(move |arm, set, _| {
         if let Set::CpCmd(CpCmd {
             cp_mode, x, y, z, ..
         }) = *set
-            && which(arm)
+            && selects(arm)
         {
-            let ptp_mode = straight(cp_mode);
+            let ptp_mode = straight_mode(cp_mode);
             let r = 0.0;
             *set = Set::PtpCmd(PtpCmd {
                 ptp_mode,
@@ -233,14 +235,15 @@ fn segments(which: fn(&mut Controller) -> bool) -> Violation {
     })
 }
 
-fn straight(mode: CpMode) -> PtpMode {
+fn straight_mode(mode: CpMode) -> PtpMode {
     match mode {
         CpMode::Relative => PtpMode::MovlXyzInc,
         _ => PtpMode::MovlXyz,
     }
 }
 
-/// Sets the speeds of point-to-point moves, which arcs use here, to those of arcs.
+/// Copies the speeds and ratios of arcs to those of point-to-point moves, which the virtual arm
+/// uses for arcs.
 fn with_arc_speeds(arm: &mut Controller) {
     let ArcParams {
         xyz_velocity,

@@ -61,10 +61,10 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
         A::DeviceIdWords => profile(|profile| profile.identity.device_id_seed += 1),
         A::FlashKeeps => {
             let ratios = Cell::new(None);
-            events(move |arm, happening| {
-                if happening == ExternalEvent::Reset {
+            events(move |arm, event| {
+                if event == ExternalEvent::Reset {
                     ratios.set(Some(ask::<PtpCommonParams>(arm)));
-                    arm.inject(happening);
+                    arm.inject(event);
                     tell(arm, &Set::PtpCommonParams(ratios.take().expect("asked")));
                     return false;
                 }
@@ -118,14 +118,14 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             }
         }),
         A::HomeUnset => {
-            let set = Cell::new(false);
+            let is_home_set = Cell::new(false);
             replies(move |_, reply| {
                 let frame = reply.frame();
                 if frame.id() != HomeParams::ROW.id {
                     return reply;
                 }
-                set.set(set.get() || frame.ctrl().write());
-                if set.get() {
+                is_home_set.set(is_home_set.get() || frame.ctrl().write());
+                if is_home_set.get() {
                     return reply;
                 }
                 let zeros = vec![0; frame.params().len()];
