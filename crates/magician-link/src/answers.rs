@@ -23,7 +23,7 @@ const END_EFFECTORS: [(&str, &str); 3] = [
     ("EndEffectorGripper", "gripper"),
 ];
 
-/// Continuation after an answer of the station.
+/// Next action of the link once the station has answered.
 #[derive(Debug)]
 pub(crate) enum Continuation {
     Nothing,
@@ -91,7 +91,7 @@ pub(crate) struct ConnectingArm {
     version: String,
 }
 
-/// Turn of the tool that waits for the current pose.
+/// Rotation of the tool, to be sent once the current pose is known.
 #[derive(Debug)]
 pub(crate) struct ToolRotation {
     pub(crate) pending: PendingCall,
@@ -164,7 +164,7 @@ impl Link {
                 self.answer(&pending, &result);
             }
             Continuation::Raw { pending, method } => {
-                let result = outcome.map(|value| raw(method, &value));
+                let result = outcome.map(|value| raw_result(method, &value));
                 self.answer(&pending, &result);
             }
             Continuation::Written { arm, write } => {
@@ -179,8 +179,8 @@ impl Link {
                 Err(error) => self.answer(&pending, &Err(error)),
                 Ok(fields) => {
                     if let Some((command, name)) = END_EFFECTORS.get(read.len()) {
-                        let of = Method::named(&format!("Get{command}"));
-                        let value = of.map(|method| results::result(method, &fields));
+                        let method = Method::named(&format!("Get{command}"));
+                        let value = method.map(|method| results::result(method, &fields));
                         read.insert((*name).to_owned(), value.unwrap_or_default());
                     }
                     self.read_effectors(Continuation::EndEffectors { pending, arm, read });
@@ -188,8 +188,8 @@ impl Link {
             },
             Continuation::ToolRotation(rotation) => self.rotate_at_pose(now, rotation, outcome),
             Continuation::Homed(pending) => {
-                let stands = |state: Value| state.get("moving") != Some(&json!(true));
-                let result = outcome.map(|state| json!({"isFinished": stands(state)}));
+                let is_at_rest = |state: Value| state.get("moving") != Some(&json!(true));
+                let result = outcome.map(|state| json!({"isFinished": is_at_rest(state)}));
                 self.answer(&pending, &result);
             }
             Continuation::Tool(pending) => {
@@ -287,7 +287,8 @@ impl Link {
             let why = "no arm of this station has that port";
             return self.answer(&pending, &Err(LinkError::new(ErrorCode::NOT_FOUND, why)));
         };
-        // A cheap read that every arm answers. Its value is part of the answer.
+        // A cheap read that every arm answers. The program gets the version in the answer to
+        // ConnectDobot.
         let probe = json!({"arm": arm, "command": "DeviceVersion"});
         let found = ConnectingArm {
             pending,
@@ -324,8 +325,8 @@ impl Link {
         );
     }
 
-    /// Completes the connection. With the lease the program may move the arm; without it, read and
-    /// stop.
+    /// Completes the connection. With the lease the program may move the arm; without it, the
+    /// program may only read and stop it.
     fn complete_connection(&mut self, found: ConnectingArm, outcome: Result<Value, LinkError>) {
         let again = self.arms.contains_key(&found.arm);
         let arm = self
@@ -344,7 +345,7 @@ impl Link {
         if found.start && arm.lease.is_some() {
             self.start_queue(&found.arm);
         }
-        // The slow subscription exists already.
+        // A second ConnectDobot keeps the slow subscription of the first one.
         if !again {
             self.subscribe_slow(&found.arm);
         }
@@ -405,9 +406,9 @@ impl Link {
             "ptp_mode": 1, "x": pose["x"], "y": pose["y"], "z": pose["z"], "r": rotation.r,
         });
         let params = json!({"arm": rotation.arm, "command": "PTPCmd", "fields": fields});
-        let (options, end) = (&rotation.options, rotation.options.end(false));
+        let (options, answer) = (&rotation.options, rotation.options.answer(false));
         let write =
-            Write::new(&rotation.pending, options.method(), params, end).with_options(options);
+            Write::new(&rotation.pending, options.method(), params, answer).with_options(options);
         self.write(now, &rotation.arm, write);
     }
 
@@ -449,7 +450,7 @@ impl Link {
 }
 
 /// Returns the result of a command without a row in the protocol's table.
-pub(crate) fn raw(method: &Method, value: &Value) -> Value {
+pub(crate) fn raw_result(method: &Method, value: &Value) -> Value {
     if method.results.is_empty() {
         return json!(true);
     }

@@ -194,7 +194,9 @@ impl Link {
                     (None, _) if is_virtual => {
                         self.answer_for_virtual(now, pending, &name, method, &checked)?
                     }
-                    (None, _) => self.raw(now, pending, &name, method, &checked, &options)?,
+                    (None, _) => {
+                        self.send_raw_command(now, pending, &name, method, &checked, &options)?
+                    }
                 }
             }
             (_, None) => return Err(no_api(api)),
@@ -277,16 +279,16 @@ impl Link {
         if method.row().is_some_and(|row| row.dangerous) || self.options.laser {
             params["yes"] = json!(true);
         }
-        let end = match command {
+        let answer = match command {
             _ if stops => WriteAnswer::StopQueue,
-            _ => options.end(command == "HOMECmd"),
+            _ => options.answer(command == "HOMECmd"),
         };
-        let write = Write::new(pending, options.method(), params, end).with_options(options);
+        let write = Write::new(pending, options.method(), params, answer).with_options(options);
         self.write(now, name, write);
     }
 
     /// Sends a command without a row in the protocol's table to a real arm.
-    fn raw(
+    fn send_raw_command(
         &mut self,
         now: HostInstant,
         pending: &PendingCall,
@@ -303,12 +305,12 @@ impl Link {
         }
         params["queued"] = json!(options.queued);
         params["moves"] = json!(method.moves);
-        let end = match (method.results.is_empty(), options.queued) {
+        let answer = match (method.results.is_empty(), options.queued) {
             (false, _) => WriteAnswer::Raw(method),
             (true, true) => WriteAnswer::Index,
             (true, false) => WriteAnswer::True,
         };
-        let write = Write::new(pending, "link.write", params, end).with_options(options);
+        let write = Write::new(pending, "link.write", params, answer).with_options(options);
         self.write(now, name, write);
         Ok(())
     }
@@ -325,7 +327,7 @@ impl Link {
         let pending = pending.clone();
         let reads = method.access == Access::Read;
         let get = |command: &str| json!({"arm": name, "command": command});
-        let which = checked.number("type");
+        let type_number = checked.number("type");
         match method.virtual_answer {
             Some(VirtualAnswer::ProductName) => {
                 self.answer(&pending, &Ok(json!({"productName": "Magician"})));
@@ -342,7 +344,7 @@ impl Link {
                 );
             }
             Some(VirtualAnswer::Tool) => {
-                let tool = crate::answers::TOOLS.get(which as usize);
+                let tool = crate::answers::TOOLS.get(type_number as usize);
                 let tool = tool.ok_or_else(|| LinkError::params("`type` is 0 to 2"))?;
                 let write = Write::new(
                     &pending,
@@ -354,7 +356,7 @@ impl Link {
             }
             Some(VirtualAnswer::ArmSpeed | VirtualAnswer::RailSpeed) => {
                 let rail = method.virtual_answer == Some(VirtualAnswer::RailSpeed);
-                let command = match (rail, which == 0.0) {
+                let command = match (rail, type_number == 0.0) {
                     (false, true) => "JOGCommonParams",
                     (false, false) => "PTPCommonParams",
                     (true, true) => "JOGLParams",
@@ -365,7 +367,7 @@ impl Link {
                     pending,
                     arm: name.to_owned(),
                     command,
-                    kind: which,
+                    kind: type_number,
                     set,
                 };
                 self.call("arm.get", get(command), continuation);
@@ -396,8 +398,8 @@ impl Link {
         params: &Map<String, Value>,
     ) -> Result<(), LinkError> {
         // The protocol has no command for `SetRCmd`: send a move with the same options.
-        let turned = Method::named("SetPTPCmd").ok_or_else(|| no_api("SetRCmd"))?;
-        let options = CallOptions::of(turned, params)?;
+        let move_method = Method::named("SetPTPCmd").ok_or_else(|| no_api("SetRCmd"))?;
+        let options = CallOptions::of(move_method, params)?;
         let r = { params.get("r") }
             .and_then(Value::as_f64)
             .ok_or_else(|| LinkError::params("`r` must be a number"))?;

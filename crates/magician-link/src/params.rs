@@ -225,7 +225,7 @@ impl CallOptions {
     }
 
     /// Returns the way in which it is answered. An alarm ends a wait, except for homing.
-    pub(crate) fn end(&self, homing: bool) -> WriteAnswer {
+    pub(crate) fn answer(&self, homing: bool) -> WriteAnswer {
         match (self.waits, self.queued) {
             (true, _) => WriteAnswer::Wait { homing },
             (false, true) => WriteAnswer::Index,
@@ -238,8 +238,8 @@ impl CallOptions {
     /// # Errors
     /// An invalid switch or time.
     pub(crate) fn of(method: &Method, params: &Map<String, Value>) -> Result<Self, LinkError> {
-        let switch = |name: &str, otherwise: bool| match params.get(name) {
-            None | Some(Value::Null) => Ok(otherwise),
+        let flag = |name: &str, default: bool| match params.get(name) {
+            None | Some(Value::Null) => Ok(default),
             Some(Value::Bool(on)) => Ok(*on),
             // Some programs send switches as numbers.
             Some(value) if value.as_f64() == Some(0.0) => Ok(false),
@@ -248,14 +248,14 @@ impl CallOptions {
         };
         let action = method.class == AnswerTime::Action;
         // A call that cannot be queued ignores `isQueued`, valid or not.
-        let queued = method.class != AnswerTime::Plain && switch("isQueued", action)?;
-        let usual = if method.id == HOMING_ID {
+        let queued = method.class != AnswerTime::Plain && flag("isQueued", action)?;
+        let default_timeout_ms = if method.id == HOMING_ID {
             DEFAULT_HOMING_TIMEOUT_MS
         } else {
             DEFAULT_TIMEOUT_MS
         };
         let timeout_ms = match params.get("timeout") {
-            None | Some(Value::Null) => usual,
+            None | Some(Value::Null) => default_timeout_ms,
             Some(value) => match value.as_f64() {
                 // Below 2^53, so the conversion is exact.
                 Some(ms) if (0.0..9e15).contains(&ms) => ms as u64,
@@ -264,7 +264,7 @@ impl CallOptions {
         };
         Ok(Self {
             queued,
-            waits: queued && action && switch("isWaitForFinish", true)?,
+            waits: queued && action && flag("isWaitForFinish", true)?,
             timeout_ms,
         })
     }

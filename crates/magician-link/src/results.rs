@@ -4,8 +4,8 @@ use serde_json::{Map, Value, json};
 
 use crate::methods::{Conversion, Method, ResultField};
 
-/// Offset of the hardware version in the bytes after the three numbers of the firmware, if there
-/// are that many.
+/// Offset of the hardware version in the bytes that follow the three numbers of the firmware
+/// version. Shorter replies have no hardware version.
 const HARDWARE_VERSION_OFFSET: usize = 10;
 
 /// Returns the answer made from the fields of a command.
@@ -21,7 +21,7 @@ pub(crate) fn result(method: &Method, fields: &Value) -> Value {
     Value::Object(object)
 }
 
-/// Converts a value. `None` if it does not apply.
+/// Converts a value. `None` if the answer lacks this field in the current mode of the path.
 pub(crate) fn convert(field: &ResultField, value: &Value, fields: &Value) -> Option<Value> {
     let real_time = || fields.get("real_time_track").and_then(Value::as_u64) == Some(1);
     match field.kind {

@@ -19,11 +19,11 @@ pub(crate) struct Wait {
     pub(crate) unknown_params: Vec<String>,
     /// Index of the queued command.
     pub(crate) index: u64,
-    /// Time that the command may take once it is the next one.
+    /// Timeout, counted from the instant at which the command is the next one in the queue.
     pub(crate) timeout: Duration,
     /// True for homing, which runs although an alarm holds the queue.
     pub(crate) homing: bool,
-    /// Instant at which that time is over. `None` while other commands are in front.
+    /// Deadline from `timeout`. `None` while other commands are ahead in the queue.
     pub(crate) due: Option<HostInstant>,
 }
 
@@ -40,10 +40,10 @@ impl Waits {
         self.0.push(wait);
     }
 
-    /// Records that the arm has finished commands up to this index. Returns the calls that are
-    /// over, and starts the time of the next one.
+    /// Records that the arm has finished commands up to this index. Returns the calls whose
+    /// commands have finished, and starts the timeout of the next one.
     pub(crate) fn finished(&mut self, now: HostInstant, current: u64) -> Vec<Wait> {
-        let over = self
+        let finished = self
             .0
             .extract_if(.., |wait| wait.index <= current)
             .collect();
@@ -58,7 +58,7 @@ impl Waits {
                 wait.due = Some(now + wait.timeout);
             }
         }
-        over
+        finished
     }
 
     /// Removes and returns the calls whose time is over.

@@ -18,10 +18,10 @@ pub(crate) struct Write {
     pub(crate) method: &'static str,
     pub(crate) params: Value,
     pub(crate) queued: bool,
-    /// Time limit: first for room in the queue, then until the command has finished.
+    /// Timeout, applied twice: to waiting for room in the queue, and then to the command itself.
     pub(crate) timeout: Duration,
     /// Way in which it is answered.
-    pub(crate) end: WriteAnswer,
+    pub(crate) answer: WriteAnswer,
     /// Instant at which waiting for room in the queue is given up.
     pub(crate) give_up_at: Option<HostInstant>,
 }
@@ -32,7 +32,7 @@ impl Write {
         pending: &PendingCall,
         method: &'static str,
         params: Value,
-        end: WriteAnswer,
+        answer: WriteAnswer,
     ) -> Self {
         Self {
             pending: pending.clone(),
@@ -40,12 +40,12 @@ impl Write {
             params,
             queued: false,
             timeout: Duration::ZERO,
-            end,
+            answer,
             give_up_at: None,
         }
     }
 
-    /// Applies the program's wishes: queue and timeout.
+    /// Applies the options of a call: queue and timeout.
     pub(crate) fn with_options(self, options: &CallOptions) -> Self {
         Self {
             queued: options.queued,
@@ -55,7 +55,7 @@ impl Write {
     }
 }
 
-/// Way in which a write is answered.
+/// Answer to the program once the station has answered a write, and what follows from it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum WriteAnswer {
     /// True.
@@ -68,7 +68,7 @@ pub(crate) enum WriteAnswer {
     Index,
     /// True when the command has finished. An alarm ends the wait, except for homing.
     Wait { homing: bool },
-    /// Reply of the arm, decoded by the results of the call.
+    /// Reply of the arm, decoded by the result fields of the method.
     Raw(&'static crate::Method),
 }
 
@@ -77,10 +77,10 @@ pub(crate) enum WriteAnswer {
 pub(crate) struct ArmLink {
     /// Port, as the program names it.
     pub(crate) port_name: String,
-    /// All its names.
+    /// All names by which the program may address the arm.
     pub(crate) names: Vec<String>,
     pub(crate) is_virtual: bool,
-    /// True if its queue is to be started.
+    /// True if the link starts the queue of the arm whenever it acquires the lease.
     pub(crate) starts_queue: bool,
     /// Lease. `None` while the session does not hold it.
     pub(crate) lease: Option<String>,
@@ -90,7 +90,7 @@ pub(crate) struct ArmLink {
     pub(crate) blocked_until: Option<HostInstant>,
     /// True from the request for a jog to its end.
     pub(crate) is_jogging: bool,
-    /// Jog of the station, and the instant of its next keep-alive.
+    /// Id of the jog at the station, and the instant of its next keep-alive.
     pub(crate) jog: Option<(String, HostInstant)>,
     /// Index of the last finished command, if known.
     pub(crate) current: Option<u64>,

@@ -44,7 +44,7 @@ pub struct LinkOptions {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct StationCall {
-    /// Message.
+    /// JSON-RPC message.
     pub text: String,
     /// Call of the program that caused it: `dobotlink.Magician.SetPTPCmd`.
     pub origin: Option<String>,
@@ -76,8 +76,8 @@ impl PendingCall {
 ///
 /// Messages of the program go to [`receive`](Self::receive), those of the station to
 /// [`receive_from_station`](Self::receive_from_station). Messages to send come from
-/// [`poll_station`](Self::poll_station) and [`poll_program`](Self::poll_program). Time comes from
-/// the calls; [`poll_timeout`](Self::poll_timeout) returns when
+/// [`poll_station`](Self::poll_station) and [`poll_program`](Self::poll_program). The link has no
+/// clock: the caller passes the time. [`poll_timeout`](Self::poll_timeout) returns when
 /// [`handle_timeout`](Self::handle_timeout) is due. When the program's socket closes, call
 /// [`end`](Self::end).
 #[derive(Debug)]
@@ -87,7 +87,7 @@ pub struct Link {
     pub(crate) arms: BTreeMap<String, ArmLink>,
     pub(crate) pending_calls: BTreeMap<u64, Continuation>,
     subscriptions: BTreeMap<u64, String>,
-    next: u64,
+    last_id: u64,
     pub(crate) session: Option<String>,
     last_received: HostInstant,
     to_station: VecDeque<StationCall>,
@@ -105,7 +105,7 @@ impl Link {
             arms: BTreeMap::new(),
             pending_calls: BTreeMap::new(),
             subscriptions: BTreeMap::new(),
-            next: 0,
+            last_id: 0,
             session: None,
             last_received: now,
             to_station: VecDeque::new(),
@@ -184,7 +184,7 @@ impl Link {
 
     /// Handles everything that is due.
     pub fn handle_timeout(&mut self, now: HostInstant) {
-        let silent = self.last_received + PROGRAM_TIMEOUT <= now;
+        let is_silent = self.last_received + PROGRAM_TIMEOUT <= now;
         let names: Vec<_> = self.arms.keys().cloned().collect();
         for name in names {
             let Some(arm) = self.arms.get_mut(&name) else {
@@ -197,7 +197,7 @@ impl Link {
             let Some(arm) = self.arms.get_mut(&name) else {
                 continue;
             };
-            if arm.is_jogging && silent {
+            if arm.is_jogging && is_silent {
                 // The program hangs: everything that it started stops.
                 (arm.is_jogging, arm.jog) = (false, None);
                 self.call("arm.stop", json!({"arm": name}), Continuation::Nothing);
@@ -222,11 +222,11 @@ impl Link {
             let jog = arm.is_jogging.then(|| self.last_received + PROGRAM_TIMEOUT);
             let keep = arm.jog.as_ref().map(|(_, due)| *due);
             let watched = matches!(arm.fast, Some(FastSubscription::Id(_)));
-            let calm = arm
+            let fast_end = arm
                 .idle_since
                 .filter(|_| watched)
                 .map(|idle| idle + FAST_LINGER);
-            [arm.waits.next_deadline(), blocked, jog, keep, calm]
+            [arm.waits.next_deadline(), blocked, jog, keep, fast_end]
                 .into_iter()
                 .flatten()
                 .min()
@@ -260,18 +260,18 @@ impl Link {
 
     /// Calls a method of the station.
     pub(crate) fn call(&mut self, method: &str, params: Value, continuation: Continuation) {
-        self.next += 1;
+        self.last_id += 1;
         let origin = continuation
             .pending()
             .map(|pending| format!("dobotlink.{}", pending.method));
-        self.pending_calls.insert(self.next, continuation);
-        let text = rpc::call(self.next, method, &params);
+        self.pending_calls.insert(self.last_id, continuation);
+        let text = rpc::call(self.last_id, method, &params);
         self.to_station.push_back(StationCall { text, origin });
     }
 
     /// Answers a call of the program.
     pub(crate) fn answer(&mut self, pending: &PendingCall, outcome: &Result<Value, LinkError>) {
-        // Saturating, because calls of the link itself are answered too.
+        // Saturating, because after an underflow all further calls would be refused as too many.
         self.unanswered = self.unanswered.saturating_sub(1);
         self.answered.push_back(AnsweredCall {
             method: pending.method.clone(),

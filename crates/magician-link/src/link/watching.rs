@@ -13,7 +13,7 @@ use crate::error::{ErrorCode, LinkError};
 use crate::rpc;
 use crate::waits::Wait;
 
-/// Time after the last waiting call for which the arm is still read fast.
+/// Time for which the fast subscription is kept after the last wait has ended.
 pub(super) const FAST_LINGER: Duration = Duration::from_secs(2);
 /// Readings per second while calls wait, so that they are answered within 50 ms.
 const FAST_RATE: u32 = 50;
@@ -42,7 +42,7 @@ impl Link {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
         };
-        // Never back: an older reading may arrive late.
+        // The index never decreases, because an older reading may arrive late.
         arm.current = index.max(arm.current);
         let Some(current) = arm.current else {
             return;
@@ -138,7 +138,8 @@ impl Link {
         self.answer(&pending, &outcome.map(|()| json!(true)));
     }
 
-    /// Cancels the calls that wait at an arm, and the queued writes, because they will not be done.
+    /// Cancels the waiting calls of an arm and its queued writes, because their commands will not
+    /// be executed.
     pub(crate) fn cancel(&mut self, name: &str, why: &LinkError) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
@@ -174,8 +175,8 @@ impl Link {
             arm.raised = alarm.filter(|_| arm.alarm.is_none());
             arm.alarm = alarm;
         }
-        // Index and alarms are of the same reading: the last finished command may be the refused
-        // one.
+        // Index and alarms come from the same reading, so a new alarm may belong to the command
+        // that finished last.
         let index = state.get("current_index").and_then(Value::as_u64);
         self.finished(now, &name, index);
         if let Some(arm) = self.arms.get_mut(&name) {
@@ -205,9 +206,9 @@ impl Link {
                 let why = LinkError::new(ErrorCode::LINE_LOST, "the line to the arm is lost");
                 self.cancel(&name, &why);
                 if let Some(arm) = self.arms.get(&name) {
-                    let told = json!({"portName": arm.port_name});
-                    let told = rpc::notification("lostConnection", &told);
-                    self.to_program.push_back(told);
+                    let params = json!({"portName": arm.port_name});
+                    let notification = rpc::notification("lostConnection", &params);
+                    self.to_program.push_back(notification);
                 }
             }
             // Other events do not end a wait.
@@ -225,11 +226,11 @@ impl Link {
             .get("holder")
             .and_then(|holder| holder.get("session"));
         let holder = holder.and_then(Value::as_str);
-        let own = holder.is_some() && holder == self.session.as_deref();
+        let is_own = holder.is_some() && holder == self.session.as_deref();
         let Some(arm) = self.arms.get_mut(name) else {
             return;
         };
-        if !own && arm.lease.take().is_some() {
+        if !is_own && arm.lease.take().is_some() {
             arm.is_jogging = false;
             let why = "another session took the arm, or its lease ended";
             self.cancel(name, &LinkError::cancelled(why));

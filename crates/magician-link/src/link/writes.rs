@@ -50,7 +50,7 @@ impl Link {
             return;
         };
         (arm.is_jogging, arm.jog) = (false, None);
-        let begins = |write: &Write| matches!(write.end, WriteAnswer::Jog);
+        let begins = |write: &Write| matches!(write.answer, WriteAnswer::Jog);
         let (dropped, kept): (Vec<_>, Vec<_>) =
             { std::mem::take(&mut arm.writes).into_iter() }.partition(begins);
         arm.writes = kept.into();
@@ -145,16 +145,17 @@ impl Link {
         let value = match outcome {
             Ok(value) => value,
             Err(error) => {
-                if let (WriteAnswer::Jog, Some(arm)) = (write.end, self.arms.get_mut(name)) {
+                if let (WriteAnswer::Jog, Some(arm)) = (write.answer, self.arms.get_mut(name)) {
                     let others = arm.writes.iter();
                     // Another jog may wait behind the failed jog.
-                    arm.is_jogging &= { others }.any(|write| matches!(write.end, WriteAnswer::Jog));
+                    arm.is_jogging &=
+                        { others }.any(|write| matches!(write.answer, WriteAnswer::Jog));
                 }
                 return self.answer(&write.pending, &Err(error));
             }
         };
         let index = value.get("index").and_then(Value::as_u64);
-        match (write.end, index) {
+        match (write.answer, index) {
             (WriteAnswer::Wait { homing }, Some(index)) => {
                 let wait = Wait {
                     id: write.pending.id,
@@ -185,7 +186,7 @@ impl Link {
                 self.answer(&write.pending, &Ok(json!(true)));
             }
             (WriteAnswer::Raw(method), _) => {
-                let result = crate::answers::raw(method, &value);
+                let result = crate::answers::raw_result(method, &value);
                 self.answer(&write.pending, &Ok(result));
             }
             // Also `Wait` and `Index` if the answer has no index, which does not happen for queued

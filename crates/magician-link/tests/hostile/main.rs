@@ -54,24 +54,24 @@ fn call() -> BoxedStrategy<String> {
             .collect::<Vec<_>>();
         (Just(method.name.clone()), params)
     });
-    let often = select(vec![
+    let common_calls = select(vec![
         "ConnectDobot",
         "ConnectDobot",
         "SetPTPCmd",
         "SetCPCmd",
         "DisconnectDobot",
     ]);
-    let often = often.prop_map(|name| {
-        let place = ["ptpMode", "cpMode", "x", "y", "z", "r", "velocity"];
-        let params = place.map(|name| Some((name.to_owned(), json!(1))));
+    let common_calls = common_calls.prop_map(|name| {
+        let pose_params = ["ptpMode", "cpMode", "x", "y", "z", "r", "velocity"];
+        let params = pose_params.map(|name| Some((name.to_owned(), json!(1))));
         (name.to_owned(), params.to_vec())
     });
     let port = select(vec!["sim", "arm", "ttyUSB0", "nowhere"]);
-    let waits = (any::<bool>(), select(vec![0, 1, 5000, u64::MAX]));
+    let wait_params = (any::<bool>(), select(vec![0, 1, 5000, u64::MAX]));
     (
-        prop_oneof![3 => known, 1 => often],
+        prop_oneof![3 => known, 1 => common_calls],
         port,
-        waits,
+        wait_params,
         0..2000_i64,
     )
         .prop_map(|((name, params), port, (waits, timeout), id)| {
@@ -89,7 +89,7 @@ fn call() -> BoxedStrategy<String> {
 
 /// Line of a script: a call, or a letter with its argument, as read by [`Harness::run_script`].
 fn script_line() -> BoxedStrategy<String> {
-    let mark = |marks: &'static [&'static str], most: u32| {
+    let with_number = |marks: &'static [&'static str], most: u32| {
         (select(marks), 0..most).prop_map(|(mark, number)| format!("{mark}{number}"))
     };
     prop_oneof![
@@ -98,9 +98,9 @@ fn script_line() -> BoxedStrategy<String> {
         2 => value().prop_map(|value| format!("v{value}")),
         1 => value().prop_map(|value| format!("s{}", json!({"method": "arm.state", "params": {"subscription": 1, "state": value}}))),
         10 => Just("A".to_owned()),
-        6 => mark(&["a", "e"], 100),
-        6 => mark(&["f", "t"], 5000),
-        2 => mark(&["!", "x", "l", "p"], 256),
+        6 => with_number(&["a", "e"], 100),
+        6 => with_number(&["f", "t"], 5000),
+        2 => with_number(&["!", "x", "l", "p"], 256),
     ]
     .boxed()
 }

@@ -1,5 +1,5 @@
-//! Host of the property tests: a program and a station driven by a script, line by line, in any
-//! order. At the end the station has answered everything and the line to its arms is lost. Then
+//! Host of the property tests: a script plays a program and a station, which may answer calls in
+//! any order. At the end the station has answered everything and the line to its arms is lost. Then
 //! each call of the program must have been answered exactly once.
 
 use std::collections::{HashMap, VecDeque};
@@ -25,13 +25,13 @@ struct Call {
     params: Value,
 }
 
-/// Link with its surroundings.
+/// Link with the simulated program and station around it.
 pub(crate) struct Harness {
     link: Link,
     now: HostInstant,
     pending: VecDeque<Call>,
     subscriptions: u64,
-    /// Last index that the station has given.
+    /// Index of the last command that the station has queued.
     index: u64,
     /// Number of requests and of answers per id.
     asked: HashMap<String, (u32, u32)>,
@@ -115,7 +115,7 @@ impl Harness {
         }
         let call = self.pending.remove(at % self.pending.len());
         let call = call.expect("it is among them");
-        let said = match answer {
+        let message = match answer {
             Answer::Good => json!({"id": call.id, "result": self.valid_result(&call)}),
             Answer::Value(value) => json!({"id": call.id, "result": value}),
             Answer::Error(number) => {
@@ -124,7 +124,8 @@ impl Harness {
                 json!({"id": call.id, "error": {"code": code, "message": "no", "data": data}})
             }
         };
-        self.link.receive_from_station(self.now, &said.to_string());
+        self.link
+            .receive_from_station(self.now, &message.to_string());
     }
 
     fn answer_all(&mut self) {
@@ -163,29 +164,33 @@ impl Harness {
         }
     }
 
-    /// Reports that the arm has finished this many more commands, or that an alarm holds the queue.
+    /// Reports a state: commands up to index `self.index - 20 + more` have finished, and `alarm`
+    /// holds the queue if given.
     fn finish(&mut self, more: u64, alarm: Option<u64>) {
         let index = self.index.saturating_sub(20) + more;
         let state =
             json!({"current_index": index, "alarms": alarm.into_iter().collect::<Vec<_>>()});
         for subscription in 1..=self.subscriptions.min(40) {
             let params = json!({"subscription": subscription, "state": state});
-            let said = json!({"method": "arm.state", "params": params});
-            self.link.receive_from_station(self.now, &said.to_string());
+            let message = json!({"method": "arm.state", "params": params});
+            self.link
+                .receive_from_station(self.now, &message.to_string());
         }
     }
 
     fn event(&mut self, event: &str) {
         for arm in ["arm", "b"] {
-            let said = json!({"method": "arm.event", "params": {"arm": arm, "event": event}});
-            self.link.receive_from_station(self.now, &said.to_string());
+            let message = json!({"method": "arm.event", "params": {"arm": arm, "event": event}});
+            self.link
+                .receive_from_station(self.now, &message.to_string());
         }
     }
 
     fn lose_lease(&mut self) {
         let params = json!({"arm": "arm", "holder": {"session": "s0-9", "name": "ben"}});
-        let said = json!({"method": "lease.changed", "params": params});
-        self.link.receive_from_station(self.now, &said.to_string());
+        let message = json!({"method": "lease.changed", "params": params});
+        self.link
+            .receive_from_station(self.now, &message.to_string());
     }
 
     /// Collects outgoing messages. An answer must not come twice, nor without a request.
@@ -198,16 +203,22 @@ impl Harness {
                 params: text["params"].clone(),
             });
         }
-        while let Some(said) = self.link.poll_program() {
-            let said: Value = serde_json::from_str(&said).expect("JSON");
-            let Some(id) = said.get("id") else {
+        while let Some(message) = self.link.poll_program() {
+            let message: Value = serde_json::from_str(&message).expect("JSON");
+            let Some(id) = message.get("id") else {
                 continue;
             };
-            let both = (said.get("result").is_some(), said.get("error").is_some());
-            assert!(both.0 != both.1, "a result or an error: {said}");
+            let both = (
+                message.get("result").is_some(),
+                message.get("error").is_some(),
+            );
+            assert!(both.0 != both.1, "a result or an error: {message}");
             let (asked, answered) = self.asked.entry(id.to_string()).or_default();
             *answered += 1;
-            assert!(answered <= asked, "answered more often than asked: {said}");
+            assert!(
+                answered <= asked,
+                "answered more often than asked: {message}"
+            );
         }
         while self.link.poll_answered().is_some() {}
     }
