@@ -15,7 +15,7 @@ use tokio::time::timeout;
 /// Most messages in flight in each direction. Further messages wait at their source, where a newer
 /// state still replaces an older one.
 pub const WINDOW: usize = 64;
-/// Longest time a client may take no message. After that the session is closed: a choice, long
+/// Time without an accepted message after which the session of a client is closed. A choice: long
 /// enough for a stalled network and short enough to free the session of a hung client.
 const MAX_SEND_WAIT: Duration = Duration::from_secs(10);
 

@@ -2,9 +2,9 @@
 //! once a second.
 //!
 //! A station reports a changed state up to ten times a second. [`StateThrottle`] merges these
-//! reports into one complete state and decides when to publish it. The aim is a low age: a report
-//! that arrives late must not delay the ones after it, and a report that is published only as the
-//! keep-alive must be fresh.
+//! reports into one complete state and decides when to publish it. The aim is that published states
+//! are recent: a report that arrives late must not delay the ones after it, and a report that
+//! serves only as the keep-alive must be fresh.
 
 use std::time::Duration;
 
@@ -19,9 +19,9 @@ use serde_json::{Map, Value, json};
 const MIN_INTERVAL: Duration = Duration::from_millis(90);
 /// Longest interval between two states. Serves as a keep-alive while nothing changes.
 const MAX_INTERVAL: Duration = Duration::from_secs(1);
-/// Age of the last state from which the next report is published even if nothing changed. Just
-/// below [`MAX_INTERVAL`], so that the keep-alive carries a fresh report instead of one up to 100
-/// ms old.
+/// If the last published state is at least this old, the next report is published even without a
+/// change. Just below [`MAX_INTERVAL`], so that the keep-alive carries a fresh report instead of
+/// one up to 100 ms old.
 const KEEP_ALIVE_AGE: Duration = Duration::from_millis(880);
 
 /// Merged state of an arm and the schedule of its publications. All times count from one arbitrary
@@ -31,7 +31,7 @@ pub struct StateThrottle {
     state: Map<String, Value>,
     has_changed: bool,
     last_published: Option<Duration>,
-    /// Earliest time for the next change.
+    /// Earliest time at which a changed state may be published.
     next: Duration,
 }
 
@@ -111,7 +111,7 @@ mod tests {
             assert!(throttle.take_due(*published.last().unwrap()).is_some());
         }
         assert_eq!(published, [1000, 1100, 1280, 1300, 1400, 1500].map(at));
-        // More than that are held.
+        // More frequent changes are held back.
         throttle.merge(at(1501), change(json!({"x": 1501})));
         assert_eq!(throttle.due(), Some(at(1550)));
         assert!(throttle.take_due(at(1550)).is_some());
@@ -129,7 +129,7 @@ mod tests {
         for heard in (100..3000).step_by(100) {
             throttle.merge(at(heard), change(json!({"x": heard})));
             let published = throttle.due().unwrap().max(at(heard));
-            // Unless a newer one has come.
+            // Otherwise the next report replaces this one before it is published.
             if published < at(heard + 100) {
                 assert!(throttle.take_due(published).is_some());
                 ages.push(published - at(heard));

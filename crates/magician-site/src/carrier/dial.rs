@@ -8,7 +8,8 @@ use tokio_tungstenite::tungstenite::{Bytes, Message};
 use crate::channel::{Channel, Closed, FromStation, StationEnd, ToStation, channel};
 use crate::site::SiteError;
 
-/// Converts an error of dialling. Whatever happened after the request was sent counts as no answer.
+/// Converts an error of dialling. Errors after the request was sent become `NoAnswer`, because the
+/// station may have carried it out.
 pub(super) fn failed(error: ClientError) -> SiteError {
     match error {
         ClientError::Untrusted(why) | ClientError::Address(why) => SiteError::Unproved(why),
@@ -38,7 +39,7 @@ pub(super) fn session(
     client
 }
 
-/// Moves messages until one side ends. Returns the reason if it was the station.
+/// Moves messages until one side ends. Returns the reason if the station ended first.
 async fn carry(socket: RawSocket, mut end: StationEnd) -> Option<Closed> {
     let (mut sink, mut stream) = socket.split();
     let writer = async {

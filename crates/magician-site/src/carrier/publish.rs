@@ -69,7 +69,7 @@ pub(super) struct ArmPublisher {
     pub(super) arm: ServedArm,
     throttle: Arc<Mutex<StateThrottle>>,
     state: Publisher<'static>,
-    is_listened: bool,
+    has_subscribers: bool,
     /// Subscription at the station. `None` without one, 0 while the reply is outstanding.
     subscription: Option<u64>,
 }
@@ -99,7 +99,7 @@ impl ArmPublisher {
             arm,
             throttle: Arc::default(),
             state,
-            is_listened: false,
+            has_subscribers: false,
             subscription: None,
         })
     }
@@ -113,9 +113,9 @@ impl ArmPublisher {
         act(&mut self.throttle.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Subscribes or unsubscribes at the station, so that it matches `is_listened`.
+    /// Subscribes or unsubscribes at the station, so that it matches `has_subscribers`.
     fn update_subscription(&mut self, at: usize, client: &Client) {
-        match (self.is_listened, self.subscription) {
+        match (self.has_subscribers, self.subscription) {
             (true, None) => {
                 let params = json!({"arm": self.arm.name, "rate": STATE_RATE});
                 client.send(&request(at as u64 + 1, "arm.subscribe", &params));
@@ -156,7 +156,7 @@ pub(super) async fn publish_states(
             publisher.update_subscription(at, &client);
         }
         loop {
-            let due = arms.iter().filter(|publisher| publisher.is_listened);
+            let due = arms.iter().filter(|publisher| publisher.has_subscribers);
             let due = due.filter_map(|publisher| publisher.with(|throttle| throttle.due()));
             let due = due.min().map(|due| begun + due);
             tokio::select! {
@@ -168,15 +168,15 @@ pub(super) async fn publish_states(
                     Outgoing::Frame(_) => {}
                     Outgoing::Close(_) => break,
                 },
-                Some((at, is_listened)) = listened.recv() => {
+                Some((at, has_subscribers)) = listened.recv() => {
                     if let Some(publisher) = arms.get_mut(at) {
-                        publisher.is_listened = is_listened;
+                        publisher.has_subscribers = has_subscribers;
                         publisher.update_subscription(at, &client);
                     }
                 }
                 () = sleep_until_due(due) => {}
             }
-            for publisher in arms.iter().filter(|publisher| publisher.is_listened) {
+            for publisher in arms.iter().filter(|publisher| publisher.has_subscribers) {
                 if let Some(state) = publisher.with(|throttle| throttle.take_due(begun.elapsed())) {
                     // With `CongestionControl::Drop` a slow link drops it: a newer state follows
                     // soon.
@@ -217,9 +217,9 @@ fn handle_message(arms: &mut [ArmPublisher], client: &Client, text: &str, now: D
     }
     let mut params = message["params"].take();
     let id = params["subscription"].as_u64();
-    let of = { arms.iter() }.find(|publisher| id.is_some() && publisher.subscription == id);
+    let publisher = { arms.iter() }.find(|publisher| id.is_some() && publisher.subscription == id);
     let change = serde_json::from_value(params["state"].take());
-    if let (Some(publisher), Ok(change)) = (of, change) {
+    if let (Some(publisher), Ok(change)) = (publisher, change) {
         publisher.with(|throttle| throttle.merge(now, change));
     }
 }

@@ -240,11 +240,11 @@ impl Authority {
         let details = x509::read_machine(made.der()).ok_or(CertificateError::Request)?;
 
         let mut members = read_members(&self.folder)?;
-        let is_out = |member: &&Member| {
+        let is_revoked = |member: &&Member| {
             member.revoked.is_some() && (member.name == name || member.key == details.key)
         };
-        if let Some(out) = members.members.iter().find(is_out) {
-            return Err(CertificateError::Revoked(out.name.clone()));
+        if let Some(revoked_member) = members.members.iter().find(is_revoked) {
+            return Err(CertificateError::Revoked(revoked_member.name.clone()));
         }
         let known = members
             .members

@@ -107,7 +107,7 @@ impl Hub {
         for line in keys_where(&self.lines, |line| line.socket == socket && line.up) {
             self.probe(now, line);
             if let Some(line) = self.lines.get_mut(&line) {
-                line.alive = true;
+                line.keep_alive_due = true;
             }
             self.actions.push_back(HubAction::Awake(line));
         }
@@ -208,7 +208,7 @@ impl Hub {
         if let Some(open) = self.sockets.get_mut(&socket)
             && open.session.is_some()
         {
-            open.list_waits = true;
+            open.sessions_changed = true;
             self.send_sessions(now, socket);
         }
     }
@@ -218,7 +218,7 @@ impl Hub {
         if let Some(open) = self.sockets.get_mut(&socket)
             && open.list_due().is_some_and(|due| due <= now)
         {
-            (open.list_waits, open.listed) = (false, Some(now));
+            (open.sessions_changed, open.sessions_sent_at) = (false, Some(now));
             if open.outbox.state_due(SESSIONS_SUBSCRIPTION) {
                 self.awake.insert(socket);
             }
@@ -229,7 +229,8 @@ impl Hub {
 impl Socket {
     /// Time at which the list of sessions is due. `None` if the client has the newest.
     pub(super) fn list_due(&self) -> Option<HostInstant> {
-        let next = self.listed.map(|listed| listed + LIST_INTERVAL);
-        self.list_waits.then(|| next.unwrap_or(HostInstant::ZERO))
+        let next = self.sessions_sent_at.map(|sent_at| sent_at + LIST_INTERVAL);
+        self.sessions_changed
+            .then(|| next.unwrap_or(HostInstant::ZERO))
     }
 }

@@ -248,9 +248,10 @@ impl Hub {
             | GatherPurpose::Roster => LIST_TIMEOUT,
             _ => GATHER_TIMEOUT,
         };
-        let calls = { self.sockets.get(&call.socket) }.is_some_and(Socket::calls);
+        let sends_single =
+            { self.sockets.get(&call.socket) }.is_some_and(Socket::sends_single_requests);
         // A stop must not wait behind other messages on a line.
-        let is_single = calls || purpose == GatherPurpose::Stops;
+        let is_single = sends_single || purpose == GatherPurpose::Stops;
         let call_by_arms = matches!(purpose, GatherPurpose::ByArms(_));
         let request = Call {
             method,

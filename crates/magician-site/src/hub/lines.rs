@@ -63,7 +63,7 @@ impl Hub {
             hello: None,
             up: false,
             queue: Default::default(),
-            alive: false,
+            keep_alive_due: false,
             probed: None,
             throttle: Default::default(),
             tries,
@@ -165,7 +165,7 @@ impl Hub {
     /// stop can still overtake.
     pub fn poll_line(&mut self, line: LineId) -> Option<LineMessage> {
         let open = self.lines.get_mut(&line)?;
-        if std::mem::take(&mut open.alive) {
+        if std::mem::take(&mut open.keep_alive_due) {
             return Some(LineMessage::KeepAlive);
         }
         let hello = open

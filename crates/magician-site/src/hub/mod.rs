@@ -215,7 +215,7 @@ impl Hub {
             self.lose_line(now, line, RpcError::arm(magician::ErrorKind::Port, why));
         }
         self.reopen_lines(now);
-        for socket in keys_where(&self.sockets, |socket| socket.list_waits) {
+        for socket in keys_where(&self.sockets, |socket| socket.sessions_changed) {
             self.send_sessions(now, socket);
         }
         let over = |client: &ClientSession| {

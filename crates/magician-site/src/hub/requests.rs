@@ -263,8 +263,11 @@ impl Hub {
     /// Passes a request to a station: as a single request if it must overtake others or its client
     /// has no session, otherwise over the client's line.
     fn forward(&mut self, call: &Call, at: &ArmAt, purpose: Purpose) -> Handled {
-        let calls = self.sockets.get(&call.socket).is_some_and(Socket::calls);
-        if calls || (call.method.always && !call.method.session) {
+        let is_single = self
+            .sockets
+            .get(&call.socket)
+            .is_some_and(Socket::sends_single_requests);
+        if is_single || (call.method.always && !call.method.session) {
             self.forward_single(call, at, purpose);
             return Ok(None);
         }
@@ -325,7 +328,7 @@ impl Hub {
     /// Records a request that is passed on.
     fn add_pending(&mut self, pending: Pending) -> RequestId {
         let request = RequestId(self.next_id());
-        if pending.purpose.is_clients()
+        if pending.purpose.is_client_request()
             && let Some(open) = self.sockets.get_mut(&pending.socket)
         {
             open.in_flight += 1;

@@ -65,9 +65,9 @@ pub(super) struct Socket {
     /// Token used at stations. Before the hello this is the token of the HTTP request.
     pub(super) token: Option<String>,
     /// Time of the last list of sessions.
-    pub(super) listed: Option<HostInstant>,
+    pub(super) sessions_sent_at: Option<HostInstant>,
     /// True if the sessions have changed since.
-    pub(super) list_waits: bool,
+    pub(super) sessions_changed: bool,
     /// Id of its session at the hub. `None` before the hello.
     pub(super) session: Option<String>,
     pub(super) role: Role,
@@ -90,8 +90,8 @@ impl Socket {
         Self {
             token,
             session: None,
-            listed: None,
-            list_waits: false,
+            sessions_sent_at: None,
+            sessions_changed: false,
             role,
             is_single_request,
             lists_all_arms: false,
@@ -109,7 +109,7 @@ impl Socket {
     ///
     /// False for a viewer, even with one request: its token may allow more than a viewer may do,
     /// and only a session can ask for a lower role.
-    pub(super) fn calls(&self) -> bool {
+    pub(super) fn sends_single_requests(&self) -> bool {
         self.is_single_request && self.role > Role::Viewer
     }
 
@@ -150,7 +150,7 @@ pub(super) struct Line {
     /// Messages to send. They wait until the hello is accepted.
     pub(super) queue: VecDeque<(Option<RequestId>, String)>,
     /// True if a keep-alive of the client is to be sent.
-    pub(super) alive: bool,
+    pub(super) keep_alive_due: bool,
     /// Time of the unanswered probe, if there is one.
     pub(super) probed: Option<HostInstant>,
     pub(super) throttle: Throttle,
@@ -198,7 +198,7 @@ pub(super) enum Purpose {
 
 impl Purpose {
     /// True if the request counts as in flight for its client.
-    pub(super) fn is_clients(&self) -> bool {
+    pub(super) fn is_client_request(&self) -> bool {
         matches!(
             self,
             Self::Answer

@@ -15,7 +15,8 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tokio::time::{Instant, timeout};
 
-/// Timeout of every wait. Everything here takes milliseconds; the rest is for a machine under load.
+/// Timeout of every wait. Everything here normally takes milliseconds; the margin is for a machine
+/// under load.
 pub(crate) const WAIT_TIMEOUT: Duration = Duration::from_secs(30);
 /// Machine of the authority, and of every station unless stated otherwise.
 pub(crate) const BENCH: &str = "bench-1";
@@ -73,8 +74,9 @@ impl Lab {
         joined.unwrap().identity
     }
 
-    /// Zenoh configuration for one end. Multicast is off, so that parallel tests do not see each
-    /// other. Ends without a listening port find each other through one with such a port.
+    /// Writes the Zenoh configuration of one participant. Multicast is off, so that parallel tests
+    /// do not see each other. Without `listens` the system chooses the port; such participants find
+    /// each other through one with a known port.
     pub(crate) fn config(&self, name: &str, listens: Option<u16>, connects: &[u16]) -> PathBuf {
         let link = if self.identity.is_some() {
             "tls"
@@ -160,7 +162,7 @@ pub(crate) struct OneArm {
     pub(crate) lab: Lab,
     pub(crate) station: RunningStation,
     pub(crate) node: SiteNode,
-    /// Port through which other ends find the site.
+    /// Port through which other participants find the site.
     pub(crate) port: u16,
     pub(crate) site: ZenohSite,
     /// Events after the arm's first state.
@@ -176,7 +178,7 @@ impl OneArm {
         let (station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
         let site = lab.site(&[port]).await;
         let mut events = site.watch();
-        let (at, state) = arrives(&mut events, "a").await;
+        let (at, state) = wait_for_arm(&mut events, "a").await;
         Self {
             lab,
             station,
@@ -199,7 +201,7 @@ pub(crate) fn request(method: &str, params: &Value) -> String {
     json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}).to_string()
 }
 
-pub(crate) async fn until<T>(
+pub(crate) async fn wait_for_event<T>(
     events: &mut SiteEvents,
     mut wanted: impl FnMut(SiteEvent) -> Option<T>,
 ) -> T {
@@ -214,8 +216,8 @@ pub(crate) async fn until<T>(
 }
 
 /// Waits until an arm is present and its state is known.
-pub(crate) async fn arrives(events: &mut SiteEvents, arm: &str) -> (ArmAt, Value) {
-    until(events, |event| match event {
+pub(crate) async fn wait_for_arm(events: &mut SiteEvents, arm: &str) -> (ArmAt, Value) {
+    wait_for_event(events, |event| match event {
         SiteEvent::Report(at, report) if at.arm == arm && !report.state.is_null() => {
             assert_eq!(report.machine, BENCH);
             Some((at, report.state))

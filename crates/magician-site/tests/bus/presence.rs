@@ -4,7 +4,7 @@ use magician_site::carrier::{CarrierError, LINGER_WARNING};
 use magician_site::{Caller, Site, SiteError, SiteEvent};
 use serde_json::{Value, json};
 
-use crate::bench::{BENCH, Lab, OneArm, arrives, free_port, request, until};
+use crate::bench::{BENCH, Lab, OneArm, free_port, request, wait_for_arm, wait_for_event};
 
 #[test]
 fn builds_of_the_repository_close_links_without_lingering() {
@@ -42,14 +42,14 @@ async fn site_reports_its_arms_and_their_states() {
     let moved = request("arm.move", &json!({"arm": "a", "to": [220, 0, 50, 0]}));
     let moved = site.call(&at, &lab.caller(), moved).await.unwrap().unwrap();
     assert!(moved.contains("\"x\":220"), "{moved}");
-    until(&mut events, |event| match event {
+    wait_for_event(&mut events, |event| match event {
         SiteEvent::Report(_, report) => (report.state["x"] == 220.0).then_some(()),
         _ => None,
     })
     .await;
 
     node.leave().await;
-    until(&mut events, |event| {
+    wait_for_event(&mut events, |event| {
         (event == SiteEvent::Left(at.clone())).then_some(())
     })
     .await;
@@ -91,7 +91,7 @@ async fn journal_names_the_machine_that_asked() {
     let port = free_port();
     let (_station, _node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
     let site = lab.site_of(Some(lab.machine("desk").await), &[port]).await;
-    let (at, _) = arrives(&mut site.watch(), "a").await;
+    let (at, _) = wait_for_arm(&mut site.watch(), "a").await;
     let stop = request("arm.stop", &json!({}));
     site.call(&at, &lab.caller(), stop).await.unwrap();
     let journal = lab.journal.lock().unwrap().clone();

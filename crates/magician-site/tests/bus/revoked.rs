@@ -5,7 +5,9 @@ use magician_site::{FromStation, Site, SiteError, ToStation};
 use serde_json::json;
 use tokio::time::timeout;
 
-use crate::bench::{Lab, WAIT_TIMEOUT, answer, answers, arrives, free_port, request, wait_until};
+use crate::bench::{
+    Lab, WAIT_TIMEOUT, answer, answers, free_port, request, wait_for_arm, wait_until,
+};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn stations_with_the_list_refuse_a_revoked_machine() {
@@ -17,8 +19,8 @@ async fn stations_with_the_list_refuse_a_revoked_machine() {
         lab.site_of(Some(lost.clone()), &[port]).await,
         lab.site_of(Some(desk), &[port]).await,
     );
-    let (at, _) = arrives(&mut of_lost.watch(), "a").await;
-    arrives(&mut of_desk.watch(), "a").await;
+    let (at, _) = wait_for_arm(&mut of_lost.watch(), "a").await;
+    wait_for_arm(&mut of_desk.watch(), "a").await;
     let caller = lab.caller();
     assert!(answers(&of_lost, &at, &caller).await);
     let mut channel = of_lost.open(at.station).await.unwrap();

@@ -3,7 +3,7 @@
 use magician_site::{Roster, Site};
 use serde_json::{Value, json};
 
-use crate::bench::{Lab, arrives, free_port, request, wait_until};
+use crate::bench::{Lab, free_port, request, wait_for_arm, wait_until};
 
 fn names(roster: &Roster) -> Vec<&str> {
     roster.arms().map(|(arm, _)| arm).collect()
@@ -17,7 +17,7 @@ async fn roster_is_stored_by_stations() {
     let (station, node) = lab.node("a", &config).await;
     let site = lab.site(&[port]).await;
     let mut events = site.watch();
-    let (at, _) = arrives(&mut events, "a").await;
+    let (at, _) = wait_for_arm(&mut events, "a").await;
     assert!(site.roster().await.is_empty());
 
     let expected = json!({"arms": [{"arm": "a", "machine": "m"}, {"arm": "b", "machine": "m"}]});

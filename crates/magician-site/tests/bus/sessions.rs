@@ -4,7 +4,7 @@ use magician_site::{FromStation, Site, SiteEvent, ToStation};
 use serde_json::json;
 use tokio::time::timeout;
 
-use crate::bench::{OneArm, WAIT_TIMEOUT, answer, request, until, wait_until};
+use crate::bench::{OneArm, WAIT_TIMEOUT, answer, request, wait_for_event, wait_until};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn session_behaves_like_a_websocket() {
@@ -29,7 +29,7 @@ async fn session_behaves_like_a_websocket() {
     let lease = request("lease.acquire", &json!({"arm": "a"}));
     channel.send(ToStation::Text(lease)).await;
     answer(&mut channel, 1).await;
-    until(&mut events, |event| match event {
+    wait_for_event(&mut events, |event| match event {
         SiteEvent::Report(_, report) => (report.state["holder"]["name"] == "pupil").then_some(()),
         _ => None,
     })
@@ -53,7 +53,7 @@ async fn session_behaves_like_a_websocket() {
     }
     // Dropping the channel closes the socket and so releases the lease.
     drop(channel);
-    until(&mut events, |event| match event {
+    wait_for_event(&mut events, |event| match event {
         SiteEvent::Report(_, report) => report.state["holder"].is_null().then_some(()),
         _ => None,
     })

@@ -16,7 +16,7 @@ use zenoh::query::Query;
 use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait};
 
-use crate::bench::{BENCH, Lab, OneArm, answers, arrives, free_port, request, wait_until};
+use crate::bench::{BENCH, Lab, OneArm, answers, free_port, request, wait_for_arm, wait_until};
 
 const GHOST: StationId = StationId(0xbad);
 
@@ -95,18 +95,18 @@ impl Stranger {
             "virtual": true, "state": {"link": "up", "moving": false}});
         let key = format!("magician/lab/{BENCH}/state/ghost");
         let state = state.to_string();
-        let teller = session.declare_publisher(key.clone()).await.unwrap();
-        teller.put(state.clone()).await.unwrap();
-        declared.push(Box::new(teller));
+        let publisher = session.declare_publisher(key.clone()).await.unwrap();
+        publisher.put(state.clone()).await.unwrap();
+        declared.push(Box::new(publisher));
         // Queried by hubs that join later or whose link comes up later.
-        let teller = session.declare_queryable(key);
-        let teller = teller.callback(move |query: Query| {
+        let queryable = session.declare_queryable(key);
+        let queryable = queryable.callback(move |query: Query| {
             let state = state.clone();
             std::thread::spawn(move || {
                 let _ = query.reply(query.key_expr().clone(), state).wait();
             });
         });
-        declared.push(Box::new(teller.await.unwrap()));
+        declared.push(Box::new(queryable.await.unwrap()));
         Self {
             _session: session,
             heard,
@@ -124,17 +124,17 @@ async fn lying_listener() -> (std::net::SocketAddr, Arc<Mutex<Vec<u8>>>) {
     use tokio::io::AsyncReadExt;
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let at = listener.local_addr().unwrap();
-    let got = Arc::new(Mutex::new(Vec::new()));
-    let kept = Arc::clone(&got);
+    let received = Arc::new(Mutex::new(Vec::new()));
+    let received_here = Arc::clone(&received);
     tokio::spawn(async move {
         while let Ok((mut stream, _)) = listener.accept().await {
             let mut bytes = [0; 4096];
             if let Ok(count) = stream.read(&mut bytes).await {
-                kept.lock().unwrap().extend(&bytes[..count]);
+                received_here.lock().unwrap().extend(&bytes[..count]);
             }
         }
     });
-    (at, got)
+    (at, received)
 }
 
 /// Zenoh configuration of a stranger without a certificate.
@@ -194,12 +194,12 @@ async fn without_certificates_a_stranger_gets_presence_and_states_but_no_request
     let lab = Lab::without_certificates();
     let port = free_port();
     let (_station, _node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
-    let (at_liar, got) = lying_listener().await;
+    let (at_liar, received) = lying_listener().await;
     let stranger = Stranger::start(&plain_config(&lab, port), at_liar).await;
     let site = lab.site(&[port]).await;
     assert!(!site.is_proved());
     let mut events = site.watch();
-    let (at, _) = arrives(&mut events, "a").await;
+    let (at, _) = wait_for_arm(&mut events, "a").await;
     let ghost = ghost();
     wait_until(async || site.arms().contains_key(&ghost)).await;
     // Nothing is sent to any station, because none has proved its identity.
@@ -216,7 +216,7 @@ async fn without_certificates_a_stranger_gets_presence_and_states_but_no_request
             Err(SiteError::Unproved(_))
         ));
     }
-    assert!(got.lock().unwrap().is_empty());
+    assert!(received.lock().unwrap().is_empty());
     // A forged roster can add a name but not remove one.
     wait_until(async || site.roster().await.has("phantom")).await;
     for heard in stranger.heard() {
@@ -322,7 +322,7 @@ async fn announced_address_is_only_a_hint() {
         ..
     } = OneArm::new().await;
     let thief = lab.machine("thief").await;
-    let (at_liar, got) = lying_listener().await;
+    let (at_liar, received) = lying_listener().await;
     let config = tls_config(&lab, &thief, port);
     let _stranger = Stranger::start(&config, at_liar).await;
     let ghost = ghost();
@@ -332,7 +332,7 @@ async fn announced_address_is_only_a_hint() {
         .await;
     assert!(stolen.is_err(), "{stolen:?}");
     // The stranger gets at most a TLS greeting, which contains no secret.
-    let sent: Value = json!(String::from_utf8_lossy(&got.lock().unwrap()));
+    let sent: Value = json!(String::from_utf8_lossy(&received.lock().unwrap()));
     assert!(!sent.to_string().contains("Bearer"), "{sent}");
     assert!(answers(&site, &at, &lab.caller()).await);
 }

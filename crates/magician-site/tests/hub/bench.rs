@@ -127,7 +127,7 @@ impl TestSite {
             .unwrap()
             .stations
             .insert(id, Arc::new(station));
-        self.comes(id);
+        self.restore_station(id);
     }
 
     pub(crate) fn station(&self, id: u64) -> Arc<TestStation> {
@@ -150,7 +150,7 @@ impl TestSite {
         carried.into_iter().flatten().for_each(|one| one.abort());
     }
 
-    pub(crate) fn comes(&self, id: StationId) {
+    pub(crate) fn restore_station(&self, id: StationId) {
         self.state.lock().unwrap().there.insert(id);
         for at in self.arms_of(id) {
             self.tell(&SiteEvent::Arrived(at));

@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 
 use crate::bench::{Fault, TestHub};
 
-/// A station that answers the hello, and every other request with these messages.
+/// Returns a fault: the station answers the hello correctly, and every other request with
+/// `messages`.
 fn replying_with(messages: impl Fn(&Value) -> Vec<String> + Send + Sync + 'static) -> Fault {
     let messages = Arc::new(messages);
     Arc::new(move |mut end: StationEnd| {
@@ -21,7 +22,7 @@ fn replying_with(messages: impl Fn(&Value) -> Vec<String> + Send + Sync + 'stati
                     continue;
                 };
                 let message: Value = serde_json::from_str(&text).unwrap();
-                let said = if message["method"] == "session.hello" {
+                let replies = if message["method"] == "session.hello" {
                     let result = json!({"session": "same-1", "resume": "r"});
                     vec![
                         json!({"jsonrpc": "2.0", "id": message["id"], "result": result})
@@ -30,7 +31,7 @@ fn replying_with(messages: impl Fn(&Value) -> Vec<String> + Send + Sync + 'stati
                 } else {
                     messages(&message)
                 };
-                for text in said {
+                for text in replies {
                     if end.to_client.send(FromStation::Text(text)).await.is_err() {
                         return;
                     }
@@ -70,7 +71,7 @@ async fn reports_about_arms_of_other_stations_are_ignored() {
     anna.ok("arm.info", json!({"arm": "arm1"})).await;
     bench.site.fault(1, Some(replying_with(|message| {
         let id = message["id"].as_u64().unwrap();
-        let mut said: Vec<_> = (id - 40..id + 40).filter(|other| *other != id).map(|other| {
+        let mut replies: Vec<_> = (id - 40..id + 40).filter(|other| *other != id).map(|other| {
             json!({"jsonrpc": "2.0", "id": other, "result": {"forged": true}}).to_string()
         }).collect();
         for (method, params) in [
@@ -82,20 +83,20 @@ async fn reports_about_arms_of_other_stations_are_ignored() {
             ("arm.state", json!({"subscription": 1, "state": {"x": "forged"}})),
             ("unknown", json!({"forged": true})),
         ] {
-            said.push(json!({"jsonrpc": "2.0", "method": method, "params": params}).to_string());
+            replies.push(json!({"jsonrpc": "2.0", "method": method, "params": params}).to_string());
         }
-        said.push(json!({"jsonrpc": "2.0", "id": id, "result": {"arms": [{"name": "arm1", "port": "forged"}, {"name": 7}, null]}}).to_string());
-        said
+        replies.push(json!({"jsonrpc": "2.0", "id": id, "result": {"arms": [{"name": "arm1", "port": "forged"}, {"name": 7}, null]}}).to_string());
+        replies
     })));
     anna.ok("arm.subscribe", json!({"arm": "arm1", "rate": 10}))
         .await;
-    let waits = anna.send("arm.move", json!({"arm": "arm1", "to": [220, 0, 20, 0]}));
+    let request = anna.send("arm.move", json!({"arm": "arm1", "to": [220, 0, 20, 0]}));
     assert_eq!(anna.row("arm1").await["port"], "sim");
     anna.run_for(Duration::from_secs(1)).await;
     let error = anna.call("arm.info", json!({"arm": "arm1"})).await.unwrap();
     assert_ne!(error["forged"], true);
     assert!(!format!("{:?}", anna.notices).contains("forged"));
-    let _ = waits;
+    let _ = request;
 }
 
 #[tokio::test(start_paused = true)]
@@ -121,12 +122,12 @@ async fn flooding_station_is_disconnected_and_its_client_continues() {
         });
     });
     bench.site.fault(1, Some(flood));
-    let waits = anna.send("arm.info", json!({"arm": "arm0"}));
+    let request = anna.send("arm.info", json!({"arm": "arm0"}));
     for _ in 0..20 {
         anna.ok("arm.info", json!({"arm": "arm1"})).await;
         anna.run_for(Duration::from_millis(300)).await;
     }
-    assert!(anna.answer(waits).await.is_err());
+    assert!(anna.answer(request).await.is_err());
     assert_eq!(anna.closed, None);
 }
 

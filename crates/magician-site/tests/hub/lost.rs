@@ -34,7 +34,7 @@ async fn station_lost_during_a_move_fails_the_request_without_retransmission() {
     anna.run_for(Duration::from_secs(10)).await;
     let station = bench.site.station(2);
     let before = station.y("arm1").await;
-    bench.site.comes(magician_site::StationId(2));
+    bench.site.restore_station(magician_site::StationId(2));
     anna.run_for(Duration::from_secs(10)).await;
     let after = station.y("arm1").await;
     assert_eq!(before, after);
@@ -228,9 +228,9 @@ async fn requests_to_a_silent_station_time_out() {
         .map(|row| row["link"].clone())
         .collect();
     assert_eq!(links, [json!("up"), json!("lost"), json!("up")]);
-    let waits = anna.send("arm.state", json!({"arm": "arm1"}));
+    let silent_request = anna.send("arm.state", json!({"arm": "arm1"}));
     anna.ok("arm.state", json!({"arm": "arm2"})).await;
-    let error = anna.answer(waits).await.unwrap_err();
+    let error = anna.answer(silent_request).await.unwrap_err();
     assert_eq!(error["data"]["kind"], "port");
     assert!(begun.elapsed() < Duration::from_secs(6));
     // Reconnects happen with backoff, not at every request.

@@ -34,26 +34,26 @@ impl BusyClient {
             }
         }
         let socket = hub.open(None);
-        let mut wide = Self {
+        let mut client = Self {
             hub,
             socket,
             lines: Vec::new(),
             now,
         };
-        wide.send(0, "session.hello", json!({"client": {"name": "page"}}));
+        client.send(0, "session.hello", json!({"client": {"name": "page"}}));
         for station in 1..=STATIONS {
             for arm in 0..ARMS {
-                wide.send(
+                client.send(
                     1,
                     "arm.subscribe",
                     json!({"arm": format!("arm{station}-{arm}"), "rate": 10}),
                 );
                 // Stay below the rate limit of a client.
-                wide.now += Duration::from_millis(2);
+                client.now += Duration::from_millis(2);
             }
         }
-        while wide.hub.poll_send(socket).is_some() {}
-        wide
+        while client.hub.poll_send(socket).is_some() {}
+        client
     }
 
     fn send(&mut self, id: u64, method: &str, params: Value) {
@@ -125,13 +125,13 @@ impl BusyClient {
 
 #[test]
 fn slow_client_of_500_arms_gets_only_the_newest_states() {
-    let mut wide = BusyClient::new();
-    assert_eq!(wide.lines.len() as u64, STATIONS);
+    let mut client = BusyClient::new();
+    assert_eq!(client.lines.len() as u64, STATIONS);
     for round in 0..100 {
-        wide.now += Duration::from_millis(100);
-        wide.report_all(f64::from(round));
+        client.now += Duration::from_millis(100);
+        client.report_all(f64::from(round));
     }
-    let states = wide.read();
+    let states = client.read();
     assert_eq!(states.len() as u64, STATIONS * ARMS);
     assert!(
         states
@@ -150,14 +150,14 @@ fn slow_client_of_500_arms_gets_only_the_newest_states() {
 #[test]
 #[ignore = "a measurement: cargo test -p magician-site --release --test hub -- --ignored --nocapture"]
 fn cost_of_500_arms_at_10_hz() {
-    let mut wide = BusyClient::new();
+    let mut client = BusyClient::new();
     let rounds = 200;
     let begun = std::time::Instant::now();
     let mut bytes = 0;
     for round in 0..rounds {
-        wide.now += Duration::from_millis(100);
-        wide.report_all(f64::from(round));
-        while let Some(Outgoing::Text(text)) = wide.hub.poll_send(wide.socket) {
+        client.now += Duration::from_millis(100);
+        client.report_all(f64::from(round));
+        while let Some(Outgoing::Text(text)) = client.hub.poll_send(client.socket) {
             bytes += text.len();
         }
     }

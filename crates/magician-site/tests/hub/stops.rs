@@ -74,7 +74,8 @@ async fn silent_station_is_named_and_delays_no_other() {
 async fn requests_waiting_for_a_line_are_dropped_by_a_stop() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
-    // The line comes up late, so that requests wait in the hub.
+    // The station does not answer the hello and drops the line after a second, so that requests
+    // wait in the hub.
     bench.site.silence(1);
     bench.site.fault(
         1,
@@ -99,7 +100,7 @@ async fn requests_waiting_for_a_line_are_dropped_by_a_stop() {
 async fn request_in_flight_is_followed_by_a_stop() {
     let bench = TestHub::new(1, 1).await;
     let mut anna = bench.join("Anna").await;
-    let (sent, seen) = std::sync::mpsc::channel();
+    let (sent, methods) = std::sync::mpsc::channel();
     bench.site.fault(1, Some(Arc::new(move |mut end: magician_site::StationEnd| {
         let sent = sent.clone();
         tokio::spawn(async move {
@@ -120,11 +121,11 @@ async fn request_in_flight_is_followed_by_a_stop() {
     anna.run_for(Duration::from_millis(10)).await;
     anna.ok("arm.stop", json!({"arm": "arm0"})).await;
     anna.run_for(Duration::from_millis(10)).await;
-    let seen: Vec<_> = seen
+    let methods: Vec<_> = methods
         .try_iter()
         .filter(|method| method != "server.info" && method != "turn.list")
         .collect();
-    assert_eq!(seen, ["session.hello", "arm.move", "arm.stop"]);
+    assert_eq!(methods, ["session.hello", "arm.move", "arm.stop"]);
     assert_eq!(*bench.site.calls.lock().unwrap(), ["arm.stop"]);
 }
 

@@ -10,7 +10,8 @@ pub(crate) const STATIONS: [&[&str]; 4] = [
     &["a9", "a10"],
 ];
 
-/// Groups with their two arms and their pupils, who alternate between these arms.
+/// Groups with their two arms and their pupils. The pupils are assigned to the two arms
+/// alternately.
 const GROUPS: [(&str, [&str; 2], [&str; 6]); 5] = [
     (
         "red",

@@ -8,7 +8,8 @@ pub(crate) const PAPER: f64 = -60.0;
 /// Polylines on the paper.
 pub(crate) type Strokes = Vec<Vec<[f64; 2]>>;
 
-/// Strokes of a text. The code of each letter determines the corners of its line.
+/// Returns one stroke for each letter of a text. Bits of its Unicode code point determine the
+/// corners.
 pub(crate) fn strokes(text: &str) -> Strokes {
     let letters = text.chars().enumerate();
     letters
@@ -43,7 +44,8 @@ pub(crate) fn plan(title: &str, strokes: &Strokes) -> String {
     plan.to_json()
 }
 
-/// Step of the plan after the corner at which the pen stopped, counted from 1.
+/// Returns the number, from 1, of the step of the plan that follows the corner at which the pen
+/// stopped.
 pub(crate) fn step_after(strokes: &Strokes, pen: [f64; 2]) -> usize {
     // Step 1 sets the speed. Each stroke begins above its first corner.
     let mut step = 1;
@@ -62,23 +64,26 @@ pub(crate) fn step_after(strokes: &Strokes, pen: [f64; 2]) -> usize {
 
 /// Checks that the paper has the strokes of the plans, each exactly once and in order. A pause
 /// lifts the pen, so a stroke may consist of pieces that continue each other.
-pub(crate) fn are_once(paper: &[Vec<[f64; 2]>], plans: &[(Strokes, bool)]) -> Result<(), String> {
+pub(crate) fn check_strokes(
+    paper: &[Vec<[f64; 2]>],
+    plans: &[(Strokes, bool)],
+) -> Result<(), String> {
     let mut on_paper = paper.iter().peekable();
     for (plan, interrupted) in plans {
         for stroke in plan {
             let (from, to, length) = (stroke[0], stroke[stroke.len() - 1], length(stroke));
             let mut drawn = 0.0;
-            let mut stands = from;
+            let mut pen = from;
             loop {
                 let Some(piece) = on_paper.next() else {
                     return Err(format!("no stroke from {from:?} to {to:?}"));
                 };
-                if distance(piece[0], stands) > 0.3 {
-                    return Err(format!("a stroke at {:?}, not at {stands:?}", piece[0]));
+                if distance(piece[0], pen) > 0.3 {
+                    return Err(format!("a stroke at {:?}, not at {pen:?}", piece[0]));
                 }
                 drawn += self::length(piece);
-                stands = piece[piece.len() - 1];
-                if distance(stands, to) < 0.3 && drawn > length - 0.5 {
+                pen = piece[piece.len() - 1];
+                if distance(pen, to) < 0.3 && drawn > length - 0.5 {
                     break;
                 }
             }
@@ -88,8 +93,8 @@ pub(crate) fn are_once(paper: &[Vec<[f64; 2]>], plans: &[(Strokes, bool)]) -> Re
             {
                 drawn += self::length(piece);
             }
-            let more = if *interrupted { 3.0 } else { 0.5 };
-            if drawn > length + more {
+            let tolerance = if *interrupted { 3.0 } else { 0.5 };
+            if drawn > length + tolerance {
                 return Err(format!("{drawn:.1} mm of {length:.1} mm from {from:?}"));
             }
         }

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::LESSON;
 use crate::class::{STATIONS, pupils};
-use crate::drawing::are_once;
+use crate::drawing::check_strokes;
 use crate::room::Room;
 
 /// Checks all stations every second: every holder of an arm has its turn, and is within its slot.
@@ -63,7 +63,11 @@ fn one_holder(room: &Room) {
         let [one, next] = two else { continue };
         let apart = one.arm != next.arm || one.until <= next.from;
         let (arm, from) = (&one.arm, next.from);
-        assert!(apart, "{arm} had {} and {} at {from:?}", one.who, next.who);
+        assert!(
+            apart,
+            "{arm} had {} and {} at {from:?}",
+            one.person, next.person
+        );
     }
 }
 
@@ -110,7 +114,7 @@ async fn drawn_once(room: &Room) {
         let paper: Vec<_> = { drawing.strokes().iter() }
             .map(|stroke| stroke.points.clone())
             .collect();
-        if let Err(why) = are_once(&paper, &plans) {
+        if let Err(why) = check_strokes(&paper, &plans) {
             panic!("{arm}, {} drawings: {why}", plans.len());
         }
     }

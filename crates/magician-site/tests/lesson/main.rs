@@ -34,7 +34,7 @@ async fn lesson_obeys_its_laws_and_reproduces_its_log() {
     tasks.spawn(teacher::teaches(room.clone()));
     tasks.spawn(laws::watches(room.clone()));
     for at in 0..class::pupils().len() {
-        tasks.spawn(pupil::takes_part(room.clone(), at));
+        tasks.spawn(pupil::take_part(room.clone(), at));
     }
     while let Some(ended) = tasks.join_next().await {
         ended.unwrap();

@@ -155,7 +155,7 @@ impl Page {
                 self.turn = None;
                 self.room.notes.lock().unwrap().spans.push(Span {
                     arm: self.pupil.arm.to_owned(),
-                    who: self.pupil.name,
+                    person: self.pupil.name,
                     from,
                     until: now,
                 });

@@ -34,7 +34,7 @@ pub(crate) struct Started {
 /// Time span in which a page had the turn at an arm.
 pub(crate) struct Span {
     pub(crate) arm: String,
-    pub(crate) who: &'static str,
+    pub(crate) person: &'static str,
     pub(crate) from: Duration,
     pub(crate) until: Duration,
 }
@@ -96,10 +96,10 @@ impl Room {
         self.begun.elapsed()
     }
 
-    pub(crate) fn says(&self, who: &str, what: impl Into<String>) {
+    pub(crate) fn log_event(&self, person: &str, event: impl Into<String>) {
         let mut notes = self.notes.lock().unwrap();
-        let what = what.into();
-        notes.log.push((self.now(), who.to_owned(), what));
+        let event = event.into();
+        notes.log.push((self.now(), person.to_owned(), event));
     }
 
     pub(crate) fn is_frozen(&self) -> bool {
@@ -129,10 +129,10 @@ impl Room {
         let mut lines = self.notes.lock().unwrap().log.clone();
         lines.sort_by(|a, b| (a.0.as_millis(), &a.1).cmp(&(b.0.as_millis(), &b.1)));
         let mut out = String::new();
-        for (time, who, what) in lines {
+        for (time, person, event) in lines {
             let seconds = time.as_secs();
             let (minute, second) = (seconds / 60, seconds % 60);
-            writeln!(out, "{minute:02}:{second:02}  {who:<9} {what}").unwrap();
+            writeln!(out, "{minute:02}:{second:02}  {person:<9} {event}").unwrap();
         }
         out
     }

@@ -26,7 +26,7 @@ pub(crate) async fn teaches(room: Arc<Room>) {
     let mut teacher = Teacher { room, hub, camera };
     teacher
         .room
-        .says(TEACHER, "opens the hub: ten arms at four stations");
+        .log_event(TEACHER, "opens the hub: ten arms at four stations");
     teacher.camera.takes("start").await;
     teacher.waits(10, 0).await;
     teacher.camera.takes("work").await;
@@ -37,7 +37,9 @@ pub(crate) async fn teaches(room: Arc<Room>) {
     teacher.waits(44, 50).await;
     teacher.camera.takes("end").await;
     teacher.waits(45, 0).await;
-    teacher.room.says("bell", "the slot of the lesson is over");
+    teacher
+        .room
+        .log_event("bell", "the slot of the lesson is over");
     teacher.waits(45, 30).await;
 }
 
@@ -54,7 +56,7 @@ impl Teacher {
         let before = self.jobs_of(3).await;
         self.room.site.cut(3);
         self.room
-            .says("cable", "the network cable of a7 and a8 is out");
+            .log_event("cable", "the network cable of a7 and a8 is out");
         self.waits(11, 50).await;
         self.camera.takes("cut").await;
         self.waits(13, 40).await;
@@ -66,8 +68,8 @@ impl Teacher {
             assert_eq!(now["state"], "done", "{now}");
             done += 1;
         }
-        self.room.site.comes(magician_site::StationId(3));
-        self.room.says(
+        self.room.site.restore_station(magician_site::StationId(3));
+        self.room.log_event(
             "cable",
             format!("is in again; jobs that ran and have come to their end meanwhile: {done}"),
         );
@@ -93,7 +95,7 @@ impl Teacher {
         self.room.was_frozen.store(true, Ordering::SeqCst);
         self.room.frozen.store(true, Ordering::SeqCst);
         self.hub.ok("class.freeze", json!({})).await;
-        self.room.says(TEACHER, "freezes all arms");
+        self.room.log_event(TEACHER, "freezes all arms");
         self.hub.run_for(Duration::from_millis(1500)).await;
         let stood = self.stand();
         self.hub.run_for(Duration::from_secs(20)).await;
@@ -102,7 +104,7 @@ impl Teacher {
         assert_eq!(self.stand(), stood, "an arm moved while it was frozen");
         self.hub.ok("class.free", json!({})).await;
         self.room.frozen.store(false, Ordering::SeqCst);
-        self.room.says(TEACHER, "frees all arms");
+        self.room.log_event(TEACHER, "frees all arms");
     }
 
     /// Positions of all arms.
@@ -116,13 +118,13 @@ impl Teacher {
     async fn takes_one(&mut self) {
         self.waits(33, 0).await;
         let lease = self.hub.take_arm("a2").await;
-        self.room.says(TEACHER, "takes a2");
+        self.room.log_event(TEACHER, "takes a2");
         // The running job is paused first.
         self.hub.run_for(Duration::from_secs(20)).await;
         let state = self.hub.ok("arm.state", json!({"arm": "a2"})).await;
         assert_eq!(state["moving"], false, "{state}");
         self.hub.ok("lease.release", json!({"lease": lease})).await;
-        self.room.says(TEACHER, "gives a2 back");
+        self.room.log_event(TEACHER, "gives a2 back");
     }
 
     async fn sends(&mut self) {
@@ -149,7 +151,7 @@ impl Teacher {
             };
             self.room.notes.lock().unwrap().jobs.push(started);
         }
-        self.room.says(
+        self.room.log_event(
             TEACHER,
             format!("sends two stars to all arms: begun at {free}, waiting at {waits}"),
         );

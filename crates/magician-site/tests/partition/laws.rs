@@ -13,26 +13,26 @@ pub(crate) fn must(good: bool, what: &str) -> Checked {
 
 impl World {
     pub(crate) fn check(&self, before: &Self, event: Event) -> Checked {
-        for (at, place) in self.places.iter().enumerate() {
-            let holder = place.control.holder(ARM);
-            for motion in place.motions.iter().filter(|motion| !motion.free) {
+        for (at, model) in self.stations.iter().enumerate() {
+            let holder = model.control.holder(ARM);
+            for motion in model.motions.iter().filter(|motion| !motion.free) {
                 must(
                     holder == Some(motion.session),
                     "what moves an arm belongs to its holder",
                 )?;
             }
             let Some(holder) = holder else {
-                self.check_end(&before.places[at], place, at, event)?;
+                self.check_end(&before.stations[at], model, at, event)?;
                 continue;
             };
-            let left = place.left.iter().find(|(gone, _)| *gone == holder);
-            let soon = left.is_some_and(|(_, left)| place.now - *left < RECONNECT_GRACE);
+            let left = model.left.iter().find(|(gone, _)| *gone == holder);
+            let soon = left.is_some_and(|(_, left)| model.now - *left < RECONNECT_GRACE);
             must(
                 soon || self.user_of(at, holder).is_some(),
                 "a lease ends with its line",
             )?;
             let person = holder.0 % 3;
-            must(is_in_slot(place, person), "nobody holds outside of a slot")?;
+            must(is_in_slot(model, person), "nobody holds outside of a slot")?;
         }
         Ok(())
     }
@@ -46,11 +46,11 @@ impl World {
         })
     }
 
-    /// A lease that has timed out was over by the station's own clock.
+    /// Checks that a lease that ended as time passed was due to end by the station's own clock.
     fn check_end(
         &self,
         before: &StationModel,
-        place: &StationModel,
+        model: &StationModel,
         at: usize,
         event: Event,
     ) -> Checked {
@@ -58,14 +58,14 @@ impl World {
             return Ok(());
         };
         let gone = { before.left.iter() }
-            .any(|(gone, left)| *gone == holder && place.now - *left >= RECONNECT_GRACE);
+            .any(|(gone, left)| *gone == holder && model.now - *left >= RECONNECT_GRACE);
         let ends = self.lines.iter().filter_map(|lines| lines[at].as_ref());
         let mut ends = ends
             .filter_map(|line| line.end.as_ref())
             .filter(|end| end.session == holder);
-        let silent = ends.any(|end| place.now - end.heard >= LEASE_TIMEOUT);
+        let silent = ends.any(|end| model.now - end.heard >= LEASE_TIMEOUT);
         must(
-            gone || silent || !is_in_slot(place, holder.0 % 3),
+            gone || silent || !is_in_slot(model, holder.0 % 3),
             "a slot is by the station's own clock",
         )
     }
@@ -73,10 +73,10 @@ impl World {
 
 /// True if the person may hold an arm by the clock of its station: the first one in the first slot,
 /// the second one in the next, and the third one, a teacher, always.
-fn is_in_slot(place: &StationModel, person: u64) -> bool {
+fn is_in_slot(model: &StationModel, person: u64) -> bool {
     match person {
-        0 => place.now < place.slot,
-        1 => place.now >= place.slot && place.now < place.slot + SLOT,
+        0 => model.now < model.slot,
+        1 => model.now >= model.slot && model.now < model.slot + SLOT,
         _ => true,
     }
 }

@@ -90,7 +90,7 @@ pub(crate) struct StationModel {
     /// Time by the station's own clock.
     pub(crate) now: HostInstant,
     /// Time that control was given last.
-    told: HostInstant,
+    control_time: HostInstant,
     /// End of the first slot.
     pub(crate) slot: HostInstant,
     pub(crate) motions: Vec<Motion>,
@@ -103,7 +103,7 @@ pub(crate) struct StationModel {
 #[derive(Clone)]
 pub(crate) struct World {
     pub(crate) bug: Option<Bug>,
-    pub(crate) places: Vec<StationModel>,
+    pub(crate) stations: Vec<StationModel>,
     /// Lines by user, then by station.
     pub(crate) lines: Vec<Vec<Option<Line>>>,
     /// Number of stations that have had an event. The others are interchangeable.
@@ -123,7 +123,7 @@ impl StationModel {
         Self {
             control,
             now,
-            told: now,
+            control_time: now,
             slot,
             motions: Vec::new(),
             lease: None,
@@ -158,7 +158,7 @@ impl StationModel {
     fn acquire(&mut self, session: SessionId) {
         let request = self.free_request();
         self.control
-            .acquire(self.told, session, ARM, request, Duration::ZERO);
+            .acquire(self.control_time, session, ARM, request, Duration::ZERO);
         self.obey_effects();
     }
 
@@ -166,7 +166,9 @@ impl StationModel {
     fn begin(&mut self, session: SessionId) -> bool {
         let request = self.free_request();
         let kind = WorkKind::Motion;
-        let begun = self.control.begin(self.told, session, ARM, request, kind);
+        let begun = self
+            .control
+            .begin(self.control_time, session, ARM, request, kind);
         if begun.is_ok() {
             self.motions.push(Motion {
                 session,
@@ -182,7 +184,7 @@ impl StationModel {
         if let Some((holder, lease)) = self.lease
             && holder == session
         {
-            self.control.release(self.told, session, lease);
+            self.control.release(self.control_time, session, lease);
             for motion in &mut self.motions {
                 motion.free |= motion.session == session;
             }
@@ -191,7 +193,7 @@ impl StationModel {
     }
 
     fn leave(&mut self, session: SessionId) {
-        self.control.leave(self.told, session);
+        self.control.leave(self.control_time, session);
         self.left.push((session, self.now));
         self.obey_effects();
     }
@@ -200,13 +202,13 @@ impl StationModel {
 impl World {
     pub(crate) fn new(bug: Option<Bug>) -> Self {
         // All clocks differ.
-        let place = |station: u64| {
+        let model = |station: u64| {
             let now = HostInstant::from_micros(60_000_000 + 1_000_000 * station);
             StationModel::new(now, now + SLOT, false)
         };
         Self {
             bug,
-            places: (0..STATIONS as u64).map(place).collect(),
+            stations: (0..STATIONS as u64).map(model).collect(),
             lines: vec![vec![None; STATIONS]; USERS],
             used: 0,
         }
@@ -247,11 +249,11 @@ impl World {
     /// Applies an event and checks all laws.
     fn apply(&mut self, before: &Self, event: Event) -> Checked {
         use Event::*;
-        let furthest = self.places.iter().map(|place| place.now).max();
-        for place in &mut self.places {
-            place.told = match self.bug {
-                Some(Bug::ForeignClock) => furthest.unwrap_or(place.now),
-                _ => place.now,
+        let furthest = self.stations.iter().map(|model| model.now).max();
+        for model in &mut self.stations {
+            model.control_time = match self.bug {
+                Some(Bug::ForeignClock) => furthest.unwrap_or(model.now),
+                _ => model.now,
             };
         }
         let station = match event {
@@ -283,10 +285,12 @@ impl World {
                 self.end(at, end.session);
             }
             Finish(at) => {
-                let place = &mut self.places[at];
-                let motion = place.motions.remove(0);
+                let model = &mut self.stations[at];
+                let motion = model.motions.remove(0);
                 must(
-                    place.control.finish(place.told, ARM, motion.request),
+                    model
+                        .control
+                        .finish(model.control_time, ARM, motion.request),
                     "what moves an arm is known",
                 )?;
             }
@@ -294,7 +298,9 @@ impl World {
             Kill(at) => self.kill(at),
             Call(user, at) => self.call(user, at)?,
         }
-        self.places.iter_mut().for_each(StationModel::obey_effects);
+        self.stations
+            .iter_mut()
+            .for_each(StationModel::obey_effects);
         for line in self.lines.iter_mut().flatten() {
             // A line without ends carries no messages.
             line.take_if(|line| !line.open && line.end.is_none());
@@ -310,29 +316,29 @@ impl World {
 
     /// Starts a session at the station.
     fn opened(&mut self, user: usize, at: usize) -> End {
-        let place = &mut self.places[at];
+        let model = &mut self.stations[at];
         let used = |id: &SessionId| {
             let ends = self.lines.iter().filter_map(|lines| lines[at].as_ref());
             let mut ends = ends.filter_map(|line| line.end.as_ref());
-            ends.any(|end| end.session == *id) || place.left.iter().any(|(left, _)| left == id)
+            ends.any(|end| end.session == *id) || model.left.iter().any(|(left, _)| left == id)
         };
         let mut ids = (user as u64..).step_by(USERS).map(SessionId);
         let session = ids.find(|id| !used(id)).unwrap_or(SessionId(0));
-        place.control.join(place.told, session);
+        model.control.join(model.control_time, session);
         if user < 2 {
             let person = Some(PersonId(user as u64));
-            place.control.identify(place.told, session, person);
+            model.control.identify(model.control_time, session, person);
         }
         End {
             session,
-            heard: place.now,
+            heard: model.now,
         }
     }
 
     /// Ends the socket of a session.
     fn end(&mut self, at: usize, session: SessionId) {
         if !self.has(Bug::LineOutlived) {
-            self.places[at].leave(session);
+            self.stations[at].leave(session);
         }
     }
 
@@ -342,28 +348,28 @@ impl World {
         let Some(mut end) = line.end.take() else {
             return Ok(());
         };
-        let place = &mut self.places[at];
-        end.heard = place.now;
-        place.control.keep_alive(place.told, end.session);
+        let model = &mut self.stations[at];
+        end.heard = model.now;
+        model.control.keep_alive(model.control_time, end.session);
         match said {
-            UserMessage::Acquire => place.acquire(end.session),
+            UserMessage::Acquire => model.acquire(end.session),
             UserMessage::Move => {
-                place.begin(end.session);
+                model.begin(end.session);
             }
-            UserMessage::Release => place.release(end.session),
+            UserMessage::Release => model.release(end.session),
         }
         self.line(user, at)?.end = Some(end);
         Ok(())
     }
 
     fn pass(&mut self, at: usize) {
-        let place = &mut self.places[at];
-        let due = place.control.poll_timeout();
-        place.now = due.unwrap_or(place.now + SILENCE).max(place.now);
-        place.told = place.told.max(place.now);
-        place.control.handle_timeout(place.told);
-        let now = place.now;
-        place.left.retain(|(_, left)| now - *left < RECONNECT_GRACE);
+        let model = &mut self.stations[at];
+        let due = model.control.poll_timeout();
+        model.now = due.unwrap_or(model.now + SILENCE).max(model.now);
+        model.control_time = model.control_time.max(model.now);
+        model.control.handle_timeout(model.control_time);
+        let now = model.now;
+        model.left.retain(|(_, left)| now - *left < RECONNECT_GRACE);
     }
 
     /// Replaces a station by a restarted one, whose arm stands still.
@@ -372,12 +378,12 @@ impl World {
             self.has(Bug::ScheduleForgotten),
             self.has(Bug::LeaseOutlivesKill),
         );
-        let old = &self.places[at];
+        let old = &self.stations[at];
         let mut new = StationModel::new(old.now, old.slot, forgets);
         if keeps {
             new.control = old.control.clone();
         }
-        self.places[at] = new;
+        self.stations[at] = new;
         for lines in &mut self.lines {
             if let Some(line) = &mut lines[at] {
                 line.end = None;
@@ -387,20 +393,22 @@ impl World {
 
     /// Makes one move in a session that ends at once.
     fn call(&mut self, user: usize, at: usize) -> Checked {
-        let place = &mut self.places[at];
+        let model = &mut self.stations[at];
         let session = SessionId(1_000_000 + user as u64);
-        place.control.join(place.told, session);
+        model.control.join(model.control_time, session);
         if user < 2 {
             let person = Some(PersonId(user as u64));
-            place.control.identify(place.told, session, person);
+            model.control.identify(model.control_time, session, person);
         }
-        place.acquire(session);
-        if place.begin(session) {
-            let motion = place.motions.pop().ok_or("a motion")?;
-            place.control.finish(place.told, ARM, motion.request);
+        model.acquire(session);
+        if model.begin(session) {
+            let motion = model.motions.pop().ok_or("a motion")?;
+            model
+                .control
+                .finish(model.control_time, ARM, motion.request);
         }
-        place.control.release_all(place.told, session);
-        place.control.expel(place.told, session);
+        model.control.release_all(model.control_time, session);
+        model.control.expel(model.control_time, session);
         Ok(())
     }
 }
@@ -414,8 +422,8 @@ impl Explored for World {
             for user in 0..USERS {
                 self.events_of(user, station, &mut out);
             }
-            let place = &self.places[station];
-            if !place.motions.is_empty() {
+            let model = &self.stations[station];
+            if !model.motions.is_empty() {
                 out.push(Event::Finish(station));
             }
             out.extend([Event::Pass(station), Event::Kill(station)]);
@@ -430,35 +438,35 @@ impl Explored for World {
     fn key(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
         self.used.hash(&mut hasher);
-        for place in &self.places {
-            place.control.canonical(place.now).hash(&mut hasher);
-            let age = |at: &HostInstant| place.now - *at;
-            place.motions.hash(&mut hasher);
+        for model in &self.stations {
+            model.control.canonical(model.now).hash(&mut hasher);
+            let age = |at: &HostInstant| model.now - *at;
+            model.motions.hash(&mut hasher);
             // Only two slots matter; after them all times are alike.
-            let slot = (place.now - place.slot, place.slot - place.now);
+            let slot = (model.now - model.slot, model.slot - model.now);
             (slot.0.min(SLOT), slot.1).hash(&mut hasher);
-            for (session, at) in &place.left {
+            for (session, at) in &model.left {
                 (session, age(at)).hash(&mut hasher);
             }
-            place.lease.map(|(session, _)| session).hash(&mut hasher);
+            model.lease.map(|(session, _)| session).hash(&mut hasher);
         }
         for line in self
             .lines
             .iter()
-            .flat_map(|lines| self.places.iter().zip(lines))
+            .flat_map(|lines| self.stations.iter().zip(lines))
         {
-            let (place, Some(line)) = line else {
+            let (model, Some(line)) = line else {
                 false.hash(&mut hasher);
                 continue;
             };
             (line.open, line.cut, &line.messages).hash(&mut hasher);
             if let Some(end) = &line.end {
-                let silent = (place.now - end.heard).min(LEASE_TIMEOUT);
+                let silent = (model.now - end.heard).min(LEASE_TIMEOUT);
                 (end.session, silent).hash(&mut hasher);
             }
         }
         if self.has(Bug::ForeignClock) {
-            let nows = self.places.iter().map(|place| place.now);
+            let nows = self.stations.iter().map(|model| model.now);
             nows.collect::<Vec<_>>().hash(&mut hasher);
         }
         hasher.finish()
