@@ -40,7 +40,8 @@ fn header(source: &str, family: &str) -> String {
     text
 }
 
-/// Strips the families from a line. Returns `None` if the line does not belong to `family`.
+/// Strips the leading `@` and family names from a source line. Returns `None` if the line does not
+/// belong to `family`.
 fn strip_families<'l>(line: &'l str, family: &str) -> Option<&'l str> {
     let Some(mut rest) = line.strip_prefix('@') else {
         return Some(line);
@@ -63,8 +64,8 @@ fn push_prototype(text: &mut String, line: &str, family: &str) {
     let line = line.replace("{arm}", arm).replace("{master}", master);
     let line = format!("DOBOTDLLSHARED_EXPORT {line}").replace(", void)", ")");
     let mut width = 0;
-    for (place, word) in line.split_inclusive(", ").enumerate() {
-        if place > 0 && width + word.trim_end().len() > WIDTH {
+    for (position, word) in line.split_inclusive(", ").enumerate() {
+        if position > 0 && width + word.trim_end().len() > WIDTH {
             text.truncate(text.trim_end().len());
             text.push_str("\n    ");
             width = 4;

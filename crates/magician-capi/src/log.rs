@@ -17,13 +17,13 @@ use tracing_subscriber::util::SubscriberInitExt;
 const VARIABLE: &str = "MAGICIAN_LOG";
 const DEFAULT: LevelFilter = LevelFilter::WARN;
 
-/// Installs the log, once. A Rust program that has its own subscriber keeps that.
+/// Installs the log, once. In a Rust program that has its own subscriber, that one stays.
 pub(crate) fn install() {
     static INSTALLED: Once = Once::new();
     INSTALLED.call_once(|| {
-        let wanted = std::env::var(VARIABLE).unwrap_or_default();
-        let wanted = Some(wanted.trim()).filter(|text| !text.is_empty());
-        let (filter, wrong) = match wanted.map(filter).transpose() {
+        let levels = std::env::var(VARIABLE).unwrap_or_default();
+        let levels = Some(levels.trim()).filter(|text| !text.is_empty());
+        let (filter, parse_error) = match levels.map(parse_filter).transpose() {
             Ok(filter) => (filter, None),
             Err(error) => (None, Some(error)),
         };
@@ -32,21 +32,22 @@ pub(crate) fn install() {
             .with_max_level(LevelFilter::TRACE)
             .with_writer(std::io::stderr)
             .with_ansi(false)
-            // They go to stderr. If that is closed, writing would panic.
+            // `tracing-subscriber` would report its own errors to stderr, and panic if that is
+            // closed.
             .log_internal_errors(false)
-            .event_format(Line)
+            .event_format(EventFormat)
             .finish()
             .with(filter);
         let _ = lines.try_init();
-        if let Some(error) = wrong {
+        if let Some(error) = parse_error {
             tracing::warn!("{VARIABLE} is invalid: {error}");
         }
     });
 }
 
 /// Parses comma-separated levels, each global or for a module (`magician=debug`).
-fn filter(text: &str) -> Result<Targets, String> {
-    let is_part = |name: &str| {
+fn parse_filter(text: &str) -> Result<Targets, String> {
+    let is_module = |name: &str| {
         !name.is_empty()
             && name
                 .chars()
@@ -54,16 +55,16 @@ fn filter(text: &str) -> Result<Targets, String> {
     };
     let mut filter = Targets::new();
     for word in text.split(',').map(str::trim) {
-        let (part, level) = match word.split_once('=') {
-            Some((part, level)) => (Some(part), level),
+        let (module, level) = match word.split_once('=') {
+            Some((module, level)) => (Some(module), level),
             None => (None, word),
         };
         // `tracing` would accept an empty word as a level.
         let level = Some(level).filter(|level| !level.is_empty());
         let level = level.and_then(|level| level.parse::<LevelFilter>().ok());
-        filter = match (part, level) {
+        filter = match (module, level) {
             (None, Some(level)) => filter.with_default(level),
-            (Some(part), Some(level)) if is_part(part) => filter.with_target(part, level),
+            (Some(module), Some(level)) if is_module(module) => filter.with_target(module, level),
             _ => {
                 return Err(format!(
                     "unknown level {word}: expected off, error, warn, info, debug or trace"
@@ -75,9 +76,9 @@ fn filter(text: &str) -> Result<Targets, String> {
 }
 
 /// Formats an event as `DobotDll: warning: message name=value`.
-struct Line;
+struct EventFormat;
 
-impl<S, N> FormatEvent<S, N> for Line
+impl<S, N> FormatEvent<S, N> for EventFormat
 where
     S: Subscriber + for<'a> LookupSpan<'a>,
     N: for<'a> FormatFields<'a> + 'static,
@@ -107,19 +108,19 @@ mod tests {
 
     #[test]
     fn invalid_level_keeps_the_log_enabled() {
-        for right in [
+        for valid in [
             "off",
             "WARN",
             "debug",
             "magician=trace",
             "warn,magician_capi=debug",
         ] {
-            assert!(filter(right).is_ok(), "{right}");
+            assert!(parse_filter(valid).is_ok(), "{valid}");
         }
-        for wrong in [
+        for invalid in [
             "warning", "verbose", "true", "[", "=", "magician", "a b=warn", "warn,",
         ] {
-            assert!(filter(wrong).is_err(), "{wrong}");
+            assert!(parse_filter(invalid).is_err(), "{invalid}");
         }
     }
 }

@@ -24,7 +24,7 @@ struct LogWriter;
 
 impl Write for LogWriter {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        LOG_LINES.with_borrow_mut(|pages| pages.extend_from_slice(bytes));
+        LOG_LINES.with_borrow_mut(|buffer| buffer.extend_from_slice(bytes));
         Ok(bytes.len())
     }
 
@@ -59,7 +59,7 @@ fn warned(act: impl FnOnce()) -> Vec<String> {
 }
 
 #[test]
-fn a_call_is_a_line_of_the_session_log() {
+fn each_call_is_logged_as_one_line() {
     let registry = registry();
     let ratios = PtpCommonParams {
         velocity_ratio: 50.0,
@@ -75,7 +75,7 @@ fn a_call_is_a_line_of_the_session_log() {
         pose_of(&registry, 3);
         registry.disconnect(0);
     });
-    let [connect, set, home, pose, .., nobody, leave] = lines.as_slice() else {
+    let [connect, set, home, pose, .., unknown_id, disconnect] = lines.as_slice() else {
         panic!("{lines:#?}")
     };
     assert!(
@@ -90,9 +90,12 @@ fn a_call_is_a_line_of_the_session_log() {
         pose.contains("GetPose x=") && pose.contains(" -> 0 ("),
         "{pose}"
     );
-    assert!(nobody.contains("GetPose -> 2 ("), "{nobody}");
+    assert!(unknown_id.contains("GetPose -> 2 ("), "{unknown_id}");
     assert!(connect.contains("ConnectDobot \"sim\" -> 0 ("), "{connect}");
-    assert!(leave.contains("DisconnectDobot id=0 -> 0 ("), "{leave}");
+    assert!(
+        disconnect.contains("DisconnectDobot id=0 -> 0 ("),
+        "{disconnect}"
+    );
 }
 
 #[test]

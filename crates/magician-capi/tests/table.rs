@@ -44,30 +44,34 @@ fn frames() -> Vec<(&'static str, &'static str, [u8; 2])> {
             let families = ["v1 ", "v2 ", "v3 "];
             let family = families.iter().find_map(|family| name.strip_prefix(family));
             let name = family.unwrap_or(name);
-            let (function, said) = name.split_once(' ').unwrap_or((name, ""));
+            let (function, variant) = name.split_once(' ').unwrap_or((name, ""));
             let bytes = frame.split(' ').skip(3).take(2);
             let bytes: Vec<u8> = bytes
                 .map(|b| u8::from_str_radix(b, 16).expect("hexadecimal"))
                 .collect();
-            (function, said, [bytes[0], bytes[1]])
+            (function, variant, [bytes[0], bytes[1]])
         })
         .collect()
 }
 
-fn of(family: Family) -> impl Iterator<Item = &'static Function> {
+fn functions_of(family: Family) -> impl Iterator<Item = &'static Function> {
     FUNCTIONS
         .iter()
         .filter(move |function| function.families.contains(&family))
 }
 
 fn names(family: Family) -> BTreeSet<&'static str> {
-    of(family).map(|function| function.name).collect()
+    functions_of(family).map(|function| function.name).collect()
 }
 
 #[test]
 fn names_are_unique_in_a_family() {
     for family in FAMILIES {
-        assert_eq!(of(family).count(), names(family).len(), "{family:?}");
+        assert_eq!(
+            functions_of(family).count(),
+            names(family).len(),
+            "{family:?}"
+        );
     }
 }
 
@@ -131,29 +135,29 @@ fn guarded_functions_are_the_dangerous_commands() {
 }
 
 #[test]
-fn the_vendor_decides_what_is_queued() {
+fn functions_queue_as_in_the_vendors_library() {
     let forced = marked("queued");
-    let mut said: BTreeMap<&str, BTreeSet<(&str, u8)>> = BTreeMap::new();
-    for (name, how, [_, ctrl]) in frames() {
-        said.entry(name).or_default().insert((how, ctrl));
+    let mut variants: BTreeMap<&str, BTreeSet<(&str, u8)>> = BTreeMap::new();
+    for (name, variant, [_, ctrl]) in frames() {
+        variants.entry(name).or_default().insert((variant, ctrl));
     }
     for function in FUNCTIONS
         .iter()
         .filter(|function| function.kind == Kind::Command)
     {
-        let asks = function.arguments.iter().any(|(name, _)| *name == "queued");
-        let said = &said[function.name];
+        let has_queued_argument = function.arguments.iter().any(|(name, _)| *name == "queued");
+        let variants = &variants[function.name];
         match function.name {
             name if forced.contains(name) => {
-                assert!(said.iter().all(|(_, ctrl)| *ctrl == 3), "{name}")
+                assert!(variants.iter().all(|(_, ctrl)| *ctrl == 3), "{name}")
             }
             // Ignores its argument `queued`, because older headers lack that argument.
             "SetLostStepParams" => {}
-            name if asks => assert!(
-                said.is_superset(&BTreeSet::from([("at once", 1), ("queued", 3)])),
+            name if has_queued_argument => assert!(
+                variants.is_superset(&BTreeSet::from([("at once", 1), ("queued", 3)])),
                 "{name}"
             ),
-            name => assert!(said.iter().any(|(_, ctrl)| *ctrl < 2), "{name}"),
+            name => assert!(variants.iter().any(|(_, ctrl)| *ctrl < 2), "{name}"),
         }
     }
 }
@@ -187,7 +191,7 @@ fn only_functions_without_an_arm_have_no_ids() {
 
 /// The log names the function that did nothing.
 #[test]
-fn neutral_functions_know_their_names() {
+fn neutral_functions_log_their_own_names() {
     let source = include_str!("../src/functions.rs");
     let rows = source.split("    Neutral Arm ").skip(1);
     let mut count = 0;

@@ -31,7 +31,7 @@ pub struct Session {
     standstill: Standstill,
     /// True once index and free space of the queue were read, so that the driver can resolve a lost
     /// reply to a queued command.
-    based: AtomicBool,
+    queue_was_read: AtomicBool,
     /// True once this program has started the queue, or was warned that it has not.
     started: AtomicBool,
     /// True after `DisconnectDobot`.
@@ -49,14 +49,14 @@ enum Form {
 }
 
 impl Session {
-    /// Creates a session. `based` is true if the queue was read since the connection began.
+    /// Creates a session. `queue_was_read` is true if the queue was read since the connection began.
     /// `standing` is the time for which the queue may stand still before the program gets an
     /// explanation.
     pub(super) fn new(
         arm: blocking::Arm,
         allowed: Arc<Allowed>,
         lease: Option<Lease>,
-        based: bool,
+        queue_was_read: bool,
         standing: Duration,
     ) -> Self {
         // Dropping must not stop the arm: with the vendor's library the arm continues after the
@@ -67,7 +67,7 @@ impl Session {
             allowed,
             doubt: Doubt::default(),
             standstill: Standstill::new(standing),
-            based: AtomicBool::new(based),
+            queue_was_read: AtomicBool::new(queue_was_read),
             started: AtomicBool::new(false),
             released: AtomicBool::new(false),
             lease: Mutex::new(lease),
@@ -186,10 +186,10 @@ impl Session {
     /// Reads index and free space before the first command is queued. If a reply is lost later, the
     /// indices show whether the arm accepted the command.
     fn read_base(&self) -> magician::Result<()> {
-        if !self.based.load(Ordering::Relaxed) {
+        if !self.queue_was_read.load(Ordering::Relaxed) {
             self.arm.queue().current_index()?;
             self.arm.queue().left_space()?;
-            self.based.store(true, Ordering::Relaxed);
+            self.queue_was_read.store(true, Ordering::Relaxed);
         }
         Ok(())
     }
@@ -199,7 +199,7 @@ impl Session {
             // Clearing the queue removes the command in doubt. A stop would leave it there.
             Some(row) if form == Form::Set && row.id == QueuedCmdClear::ROW.id => {
                 self.doubt.clear();
-                self.standstill.dropped();
+                self.standstill.queue_cleared();
             }
             Some(row) if form == Form::Set && row.id == QueuedCmdStartExec::ROW.id => {
                 self.started.store(true, Ordering::Relaxed);

@@ -1,8 +1,9 @@
 //! `ConnectDobot` of all families.
 //!
-//! The port is opened and probed for an arm. Like the vendor's library, it also connects if nothing
-//! answers. If a caller wants the name of the firmware and a serial port is silent, the port is
-//! asked in text too (`text_probe`), because the controller may run a firmware for 3-D printing.
+//! The port is opened and probed for an arm. As in the vendor's library, connecting succeeds even
+//! if nothing answers. If the caller wants the name of the firmware and a serial port is silent, a
+//! probe in text follows (`text_probe`), because the controller may run a firmware for 3-D
+//! printing.
 
 use std::ffi::c_int;
 use std::sync::Arc;
@@ -24,7 +25,7 @@ use crate::structure::ConnectInfo;
 
 /// Name of the function in messages.
 const NAME: &str = "ConnectDobot";
-/// Timeout of a virtual arm. It answers at once; the rest is for a busy computer.
+/// Timeout of a virtual arm. It answers at once, except on a computer under load.
 const VIRTUAL_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Result of probing a port.
@@ -37,7 +38,7 @@ enum ProbeResult {
     Firmware(Firmware),
 }
 
-/// Successful connection, with the id that it got.
+/// Successful connection, with the id assigned to it.
 struct Connection {
     id: c_int,
     /// Name and version in the vendor's terms.
@@ -50,19 +51,19 @@ struct Connection {
 
 /// `ConnectDobot` of each family (docs/guide/VENDOR-LIBRARY.md).
 impl Registry {
-    /// `ConnectDobot` of `v1`: closes an earlier connection, and opens it again if it is the same
-    /// port.
+    /// `ConnectDobot` of `v1`: closes an earlier connection first, so connecting to the same port
+    /// reopens it.
     pub fn connect_v1(&self, port: Text, baud: u32, firmware: Buffer, version: Buffer) -> c_int {
         // In a forked child the claim fails. Do not take the lock then: a thread of the parent may
         // have held it during the fork, and it stays locked.
         let claim = self.claim().ok();
         let _turn = claim.as_ref().map(|_| lock(&self.turn));
         self.remove(0);
-        let probed = || self.connect(port, baud, Some(0), !firmware.is_null());
-        self.report(port, probed, |probed| {
-            if let Some(connection) = probed {
-                put(firmware, connection.firmware.name);
-                put(version, &connection.firmware.version);
+        let connect = || self.connect(port, baud, Some(0), !firmware.is_null());
+        self.report(port, connect, |outcome| {
+            if let Some(connection) = outcome {
+                put_text(firmware, connection.firmware.name);
+                put_text(version, &connection.firmware.version);
             }
         })
     }
@@ -76,11 +77,11 @@ impl Registry {
         version: Buffer,
         id: Out<i32>,
     ) -> c_int {
-        let probed = || self.connect(port, baud, None, !firmware.is_null());
-        self.report(port, probed, |probed| match probed {
+        let connect = || self.connect(port, baud, None, !firmware.is_null());
+        self.report(port, connect, |outcome| match outcome {
             Some(connection) => {
-                put(firmware, connection.firmware.name);
-                put(version, &connection.firmware.version);
+                put_text(firmware, connection.firmware.name);
+                put_text(version, &connection.firmware.version);
                 id.put(connection.id);
             }
             None => id.put(-1),
@@ -89,9 +90,9 @@ impl Registry {
 
     /// `ConnectDobot` of `v3`: the arm is a master without slaves.
     pub fn connect_v3(&self, port: Text, baud: u32, info: Out<ConnectInfo>) -> c_int {
-        let probed = || self.connect(port, baud, None, true);
-        self.report(port, probed, |probed| {
-            if let Some(connection) = probed {
+        let connect = || self.connect(port, baud, None, true);
+        self.report(port, connect, |outcome| {
+            if let Some(connection) = outcome {
                 info.put(to_connect_info(connection));
             }
         })
@@ -123,22 +124,23 @@ impl Registry {
         Ok(self.store(probed, &target, id))
     }
 
-    /// Connects, reports to the caller, and returns the code for C.
+    /// Connects, passes the connection, or `None` on failure, to `write_results`, and returns the
+    /// code for C.
     fn report(
         &self,
         port: Text,
         connect: impl FnOnce() -> Result<Connection, (ConnectCode, Fault)>,
-        tell: impl FnOnce(Option<&Connection>),
+        write_results: impl FnOnce(Option<&Connection>),
     ) -> c_int {
         let arguments = || format!("\"{}\"", name_of(port));
         notice::host(NAME, arguments, || match connect() {
             Ok(connection) => {
-                tell(Some(&connection));
+                write_results(Some(&connection));
                 notice::succeeded(NAME);
                 ConnectCode::NoError as c_int
             }
             Err((code, fault)) => {
-                tell(None);
+                write_results(None);
                 match self.check_process() {
                     Ok(()) => notice::fault(NAME, &fault),
                     Err(_) => notice::remember_unlogged(NAME, &fault),
@@ -176,7 +178,7 @@ impl Registry {
                     version: "0.0.0".to_owned(),
                 },
                 arm: Some(arm).filter(|_| answers),
-                kind: MAGICIAN,
+                kind: DEV_TYPE_MAGICIAN,
             }
         };
         match probed {
@@ -196,7 +198,7 @@ impl Registry {
                     id: self.assign_id(id, Slot::Other(message)),
                     firmware,
                     arm: None,
-                    kind: IDLE,
+                    kind: DEV_TYPE_IDLE,
                 }
             }
         }
@@ -222,7 +224,7 @@ impl Registry {
         };
         let silence = match blocking::Arm::connect_with(target, options.clone().timeout(timeout)) {
             Ok(arm) => {
-                start(&arm);
+                start_queue(&arm);
                 return Ok(ProbeResult::Arm(self.session(arm, None, true)));
             }
             Err(error) if is_silence(error.kind()) => error,
@@ -244,19 +246,25 @@ impl Registry {
 
     fn open_virtual(&self, lease: Lease, options: Options) -> magician::Result<ProbeResult> {
         let arm = blocking::Arm::simulated(lease.arm.clone(), options.timeout(VIRTUAL_TIMEOUT))?;
-        start(&arm);
+        start_queue(&arm);
         Ok(ProbeResult::Arm(self.session(arm, Some(lease), true)))
     }
 
-    fn session(&self, arm: blocking::Arm, lease: Option<Lease>, based: bool) -> Session {
+    fn session(&self, arm: blocking::Arm, lease: Option<Lease>, queue_was_read: bool) -> Session {
         let standing = self.timeouts.standing;
-        Session::new(arm, Arc::clone(self.allowed()), lease, based, standing)
+        Session::new(
+            arm,
+            Arc::clone(self.allowed()),
+            lease,
+            queue_was_read,
+            standing,
+        )
     }
 }
 
 /// Starts the queue if it is empty. Many programs expect a running queue, because they were written
 /// on an arm where another program had started it.
-fn start(arm: &blocking::Arm) {
+fn start_queue(arm: &blocking::Arm) {
     if let Err(error) = arm.queue().start_if_empty() {
         notice::warn(NAME, &format!("the queue was not started: {error}"));
     }
@@ -279,15 +287,16 @@ fn is_silence(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::Timeout | ErrorKind::Unexpected)
 }
 
-/// Writes a short text. Programs provide at least 64 bytes, far more than is written.
-fn put(place: Buffer, text: &str) {
-    place.put(text.as_bytes(), text.len() + 1);
+/// Writes a short text with a final NUL. The caller does not pass the size of its buffer; programs
+/// provide at least 64 bytes, far more than is written.
+fn put_text(buffer: Buffer, text: &str) {
+    buffer.put(text.as_bytes(), text.len() + 1);
 }
 
-/// `DevType` if nothing known is connected.
-const IDLE: i32 = 0;
+/// `DevType` if another firmware than the arm's is connected.
+const DEV_TYPE_IDLE: i32 = 0;
 /// `DevType` of a Magician.
-const MAGICIAN: i32 = 2;
+const DEV_TYPE_MAGICIAN: i32 = 2;
 
 /// Builds the `ConnectInfo` of `v3`, with the arm as the master.
 fn to_connect_info(connection: &Connection) -> ConnectInfo {
@@ -301,8 +310,8 @@ fn to_connect_info(connection: &Connection) -> ConnectInfo {
     };
     let mut info = [0; 336];
     let mut write = |at: usize, bytes: &[u8]| {
-        if let Some(place) = info.get_mut(at..at + bytes.len()) {
-            place.copy_from_slice(bytes);
+        if let Some(field) = info.get_mut(at..at + bytes.len()) {
+            field.copy_from_slice(bytes);
         }
     };
     write(0, &connection.id.to_le_bytes());

@@ -66,20 +66,20 @@ impl AllowedIds {
 /// Parses names separated by commas or blanks. Also returns the unknown ones.
 fn parse(text: &str) -> (AllowedIds, Vec<&str>) {
     let mut names = AllowedIds::default();
-    let mut wrong = Vec::new();
+    let mut unknown = Vec::new();
     let parts = text.split(|c: char| c == ',' || c.is_whitespace());
     for name in parts.filter(|name| !name.is_empty()) {
-        match Row::find_writable(name).or_else(|_| function(name)) {
+        match Row::find_writable(name).or_else(|_| find_by_function_name(name)) {
             _ if name.eq_ignore_ascii_case("all") => names.all = true,
             Ok(row) => drop(names.ids.insert(row.id)),
-            Err(_) => wrong.push(name),
+            Err(_) => unknown.push(name),
         }
     }
-    (names, wrong)
+    (names, unknown)
 }
 
 /// Finds the command of a vendor function whose name differs from that of the command.
-fn function(name: &str) -> Result<&'static Row, magician::protocol::NameError> {
+fn find_by_function_name(name: &str) -> Result<&'static Row, magician::protocol::NameError> {
     if name.eq_ignore_ascii_case("UpdateFirmware") {
         Row::find_writable("FirmwareSwitch")
     } else {
@@ -93,16 +93,16 @@ impl Registry {
     pub fn allow(&self, names: Text) -> c_int {
         let bytes = names.bytes();
         let text = String::from_utf8_lossy(&bytes);
-        let (allowed, wrong) = parse(&text);
+        let (allowed, unknown) = parse(&text);
         {
             let mut named = lock(&self.allowed().named);
             named.all |= allowed.all;
             named.ids.extend(allowed.ids);
         }
-        if wrong.is_empty() {
+        if unknown.is_empty() {
             return Code::NoError as c_int;
         }
-        let fault = Fault::invalid(format!("unknown command {}", wrong.join(", ")));
+        let fault = Fault::invalid(format!("unknown command {}", unknown.join(", ")));
         notice::fault("MagicianAllow", &fault)
     }
 }

@@ -1,5 +1,5 @@
-//! Resolution of port names: from the name that a program passes, or variables, to a target of the
-//! driver.
+//! Resolution of port names: finds the target of the driver for the name that a program passes, or
+//! that a variable gives.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::Path;
@@ -10,9 +10,9 @@ use magician::files::WholeFile;
 use magician::{Error, Port, Target, Tracer};
 
 /// Variable with the port for programs that name none.
-pub(super) const PORT: &str = "MAGICIAN_PORT";
+pub(super) const PORT_VARIABLE: &str = "MAGICIAN_PORT";
 /// Variable with the path of a trace of all frames.
-const TRACE: &str = "MAGICIAN_TRACE";
+const TRACE_VARIABLE: &str = "MAGICIAN_TRACE";
 /// Time that `SearchDobot` waits for arms on Wi-Fi. A choice: arms on the same network answer well
 /// within it, and the caller is blocked meanwhile.
 const SEARCH_TIMEOUT: Duration = Duration::from_millis(250);
@@ -65,11 +65,11 @@ impl Environment {
     pub(super) fn resolve(&self, name: &str) -> Option<Result<Target, Error>> {
         let name = name.trim();
         if !name.is_empty() {
-            let sent = (self.variable)(&variable_of(name));
-            return Some(target(sent.as_deref().unwrap_or(name)));
+            let redirected = (self.variable)(&variable_of(name));
+            return Some(parse_target(redirected.as_deref().unwrap_or(name)));
         }
-        if let Some(port) = (self.variable)(PORT) {
-            return Some(target(&port));
+        if let Some(port) = (self.variable)(PORT_VARIABLE) {
+            return Some(parse_target(&port));
         }
         let ports = self.arm_ports();
         ports.first().map(|port| Ok(Target::Serial(port.clone())))
@@ -83,12 +83,14 @@ impl Environment {
 
     /// Opens the trace requested by `MAGICIAN_TRACE`.
     pub(super) fn tracer(&self) -> Option<Tracer> {
-        let path = (self.variable)(TRACE)?;
+        let path = (self.variable)(TRACE_VARIABLE)?;
         // Written in place, not renamed at the end: a program may end without closing the library.
         let file = WholeFile::grow_in_place(Path::new(&path));
         let tracer = file.and_then(Tracer::new);
         tracer
-            .inspect_err(|error| tracing::warn!("{TRACE}={path} cannot be written: {error}"))
+            .inspect_err(|error| {
+                tracing::warn!("{TRACE_VARIABLE}={path} cannot be written: {error}")
+            })
             .ok()
     }
 }
@@ -104,8 +106,9 @@ const DESCRIPTIONS: [&str; 5] = [
 
 fn is_listed(port: &Port) -> bool {
     let name = port.usb.as_ref().and_then(|usb| usb.name.as_deref());
-    let described = name.is_some_and(|name| DESCRIPTIONS.iter().any(|known| name.contains(known)));
-    described || port.likely_arm()
+    let has_listed_name =
+        name.is_some_and(|name| DESCRIPTIONS.iter().any(|known| name.contains(known)));
+    has_listed_name || port.likely_arm()
 }
 
 /// Name of the variable that redirects a port: `MAGICIAN_PORT_COM3`, `MAGICIAN_PORT_TTYUSB0`.
@@ -117,7 +120,7 @@ pub(super) fn variable_of(name: &str) -> String {
             '_'
         }
     });
-    format!("{PORT}_{}", letters.collect::<String>())
+    format!("{PORT_VARIABLE}_{}", letters.collect::<String>())
 }
 
 /// Name of a port without its prefix, as the vendor's library lists it.
@@ -128,7 +131,7 @@ pub(super) fn device_name(path: &str) -> &str {
 }
 
 /// Parses an address, any target of the driver, or the bare name of a device.
-fn target(name: &str) -> Result<Target, Error> {
+fn parse_target(name: &str) -> Result<Target, Error> {
     if let Ok(address) = name.parse::<Ipv4Addr>() {
         return format!("udp:{address}").parse();
     }
@@ -193,17 +196,20 @@ mod tests {
 
     #[test]
     fn built_in_name_can_be_redirected() {
-        let sent = environment(
+        let redirected = environment(
             |name| {
-                let sent = ["MAGICIAN_PORT_COM3", "MAGICIAN_PORT_TTYUSB0"].contains(&name);
-                sent.then(|| "sim:2".to_owned())
+                let redirected = ["MAGICIAN_PORT_COM3", "MAGICIAN_PORT_TTYUSB0"].contains(&name);
+                redirected.then(|| "sim:2".to_owned())
             },
             Vec::new,
         );
         for name in ["com3", r"\\.\COM3", "/dev/ttyUSB0", "ttyUSB0"] {
-            assert_eq!(resolve(&sent, name), Target::Sim(SimSpeed::Times(2.0)));
+            assert_eq!(
+                resolve(&redirected, name),
+                Target::Sim(SimSpeed::Times(2.0))
+            );
         }
-        assert_eq!(resolve(&sent, "COM4"), Target::Serial("COM4".into()));
+        assert_eq!(resolve(&redirected, "COM4"), Target::Serial("COM4".into()));
         assert_eq!(variable_of("192.168.1.5"), "MAGICIAN_PORT_192_168_1_5");
     }
 
@@ -219,7 +225,7 @@ mod tests {
         let without = environment(|_| None, ports);
         assert_eq!(resolve(&without, ""), Target::Serial("/dev/ttyUSB1".into()));
         assert_eq!(without.arm_ports(), ["/dev/ttyUSB1", "/dev/ttyUSB2"]);
-        let with = environment(|name| (name == PORT).then(|| "sim".into()), ports);
+        let with = environment(|name| (name == PORT_VARIABLE).then(|| "sim".into()), ports);
         assert_eq!(resolve(&with, ""), Target::Sim(SimSpeed::Max));
     }
 }

@@ -3,7 +3,7 @@
 use std::ffi::c_int;
 
 use super::Registry;
-use super::place::{PORT, device_name};
+use super::place::{PORT_VARIABLE, device_name};
 use crate::notice;
 use crate::pointer::Buffer;
 
@@ -18,7 +18,7 @@ impl Registry {
             || format!("size={size}"),
             || {
                 let names = self.names();
-                let text = listed(&names, size as usize);
+                let text = join_fitting(&names, size as usize);
                 list.put(text.as_bytes(), size as usize);
                 c_int::try_from(names.len()).unwrap_or(c_int::MAX)
             },
@@ -26,13 +26,13 @@ impl Registry {
     }
 
     fn names(&self) -> Vec<String> {
-        let given = (self.environment.variable)(PORT);
+        let configured = (self.environment.variable)(PORT_VARIABLE);
         let ports = self.environment.arm_ports();
         let ports = ports.iter().map(|path| device_name(path).to_owned());
         let arms = (self.environment.network)();
         let arms = arms.iter().map(ToString::to_string);
         let mut names = Vec::new();
-        for name in given.into_iter().chain(ports).chain(arms) {
+        for name in configured.into_iter().chain(ports).chain(arms) {
             // Callers split the list at blanks.
             if name.contains(char::is_whitespace) {
                 tracing::warn!("SearchDobot: a name with a space cannot be listed: {name}");
@@ -44,13 +44,13 @@ impl Registry {
     }
 }
 
-/// Joins the names that fit with a final NUL.
-fn listed(names: &[String], size: usize) -> String {
+/// Joins as many names as fit into `size` bytes together with a final NUL.
+fn join_fitting(names: &[String], size: usize) -> String {
     let mut list = String::new();
     for name in names {
-        let blank = usize::from(!list.is_empty());
-        if list.len() + blank + name.len() < size {
-            list.extend((blank > 0).then_some(' '));
+        let separator = usize::from(!list.is_empty());
+        if list.len() + separator + name.len() < size {
+            list.extend((separator > 0).then_some(' '));
             list.push_str(name);
         }
     }
@@ -64,16 +64,16 @@ mod tests {
     #[test]
     fn names_that_do_not_fit_are_omitted() {
         let names = ["COM1", "COM30", "192.168.0.5", "C"].map(str::to_owned);
-        assert_eq!(listed(&names, 100), "COM1 COM30 192.168.0.5 C");
-        assert_eq!(listed(&names, 11), "COM1 COM30");
-        assert_eq!(listed(&names, 10), "COM1 C");
-        assert_eq!(listed(&names, 5), "COM1");
-        assert_eq!(listed(&names, 4), "C");
+        assert_eq!(join_fitting(&names, 100), "COM1 COM30 192.168.0.5 C");
+        assert_eq!(join_fitting(&names, 11), "COM1 COM30");
+        assert_eq!(join_fitting(&names, 10), "COM1 C");
+        assert_eq!(join_fitting(&names, 5), "COM1");
+        assert_eq!(join_fitting(&names, 4), "C");
         for size in [0, 1] {
-            assert_eq!(listed(&names, size), "");
+            assert_eq!(join_fitting(&names, size), "");
         }
         for size in 1..30 {
-            assert!(listed(&names, size).len() < size);
+            assert!(join_fitting(&names, size).len() < size);
         }
     }
 }

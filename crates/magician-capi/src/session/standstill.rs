@@ -41,7 +41,7 @@ pub(super) struct Standstill {
 #[derive(Debug, Default)]
 struct QueueState {
     /// Index of the last command that this program queued.
-    last: u64,
+    last_queued: u64,
     /// Queued commands in which the arm may stand still, by index. True for homing, which runs
     /// despite an alarm.
     quiet: BTreeMap<u64, bool>,
@@ -62,7 +62,7 @@ impl Standstill {
     /// Records a queued command.
     pub(super) fn queued(&self, QueueIndex(index): QueueIndex, row: &Row) {
         let mut state = lock(&self.state);
-        state.last = index;
+        state.last_queued = index;
         let homes = row.id == HomeCmd::ROW.id;
         if homes || row.effect == Effect::Wait {
             state.quiet.insert(index, homes);
@@ -81,13 +81,13 @@ impl Standstill {
     }
 
     /// Forgets everything, because the queue was cleared.
-    pub(super) fn dropped(&self) {
+    pub(super) fn queue_cleared(&self) {
         *lock(&self.state) = QueueState::default();
     }
 
     /// Handles a poll of the current index.
     pub(super) fn note_index(&self, current: u64, arm: &blocking::Arm) {
-        let Some((stood, before)) = self.time_since_change(current) else {
+        let Some((unchanged_for, last_pose)) = self.time_since_change(current) else {
             return;
         };
         // No lock is held while the arm is read: another thread must be able to queue commands.
@@ -97,9 +97,9 @@ impl Standstill {
         let tool_unknown = arm.front_end().tool_is_unknown(&alarms).unwrap_or(false);
         let mut state = lock(&self.state);
         state.pose = Some(pose);
-        let still = before == Some(pose);
+        let still = last_pose == Some(pose);
         let quiet = state.quiet.get(&current.saturating_add(1)).copied();
-        let pause = self.timeout
+        let rest_timeout = self.timeout
             * if quiet.is_some() {
                 QUIET_FACTOR
             } else {
@@ -110,7 +110,7 @@ impl Standstill {
         }
         let why = if alarms.blocking() && quiet != Some(true) {
             alarm_reason(&alarms, tool_unknown)
-        } else if still && stood >= pause {
+        } else if still && unchanged_for >= rest_timeout {
             "the arm is at rest. If it should move, call SetQueuedCmdStartExec, and \
                 ClearAllAlarmsState before it if there was an alarm"
                 .to_owned()
@@ -118,7 +118,7 @@ impl Standstill {
             return;
         };
         state.reported = true;
-        let last = state.last;
+        let last = state.last_queued;
         drop(state);
         notice::warn(
             NAME,
@@ -132,18 +132,18 @@ impl Standstill {
     fn time_since_change(&self, current: u64) -> Option<(Duration, Option<Pose>)> {
         let mut state = lock(&self.state);
         let now = Instant::now();
-        if current >= state.last {
+        if current >= state.last_queued {
             (state.index, state.pose, state.reported) = (None, None, false);
             return None;
         }
         match &mut state.index {
-            Some((index, since, looked)) if *index == current => {
-                if now.duration_since(*looked) < self.timeout {
+            Some((index, since, checked_at)) if *index == current => {
+                if now.duration_since(*checked_at) < self.timeout {
                     return None;
                 }
-                *looked = now;
-                let stood = now.duration_since(*since);
-                (!state.reported).then_some((stood, state.pose))
+                *checked_at = now;
+                let unchanged_for = now.duration_since(*since);
+                (!state.reported).then_some((unchanged_for, state.pose))
             }
             other => {
                 *other = Some((current, now, now));

@@ -19,32 +19,32 @@ pub(super) struct Firmware {
 }
 
 /// Sends the probe to a port. Returns `None` if no known firmware answers within this time.
-pub(super) fn probe(target: &Target, within: Duration) -> Option<Firmware> {
+pub(super) fn probe(target: &Target, timeout: Duration) -> Option<Firmware> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .ok()?;
-    let found = runtime.block_on(listen(target, within));
+    let found = runtime.block_on(listen(target, timeout));
     found.unwrap_or_else(|error| {
         tracing::debug!("{error}");
         None
     })
 }
 
-async fn listen(target: &Target, within: Duration) -> magician::Result<Option<Firmware>> {
+async fn listen(target: &Target, timeout: Duration) -> magician::Result<Option<Firmware>> {
     let mut line = RawLine::open(target).await?;
-    let until = Instant::now() + within;
-    let asked = timeout_at(until, line.send(PROBE)).await;
+    let deadline = Instant::now() + timeout;
+    let asked = timeout_at(deadline, line.send(PROBE)).await;
     if let Ok(sent) = asked {
         sent?;
     }
-    let mut heard = Vec::new();
+    let mut received = Vec::new();
     let mut bytes = [0; 256];
-    while let Ok(count) = timeout_at(until, line.receive(&mut bytes)).await {
-        let came = bytes.get(..count?).unwrap_or_default();
-        heard.extend_from_slice(came);
-        let firmware = recognise(&heard);
-        if firmware.is_some() || heard.len() > MAX_TEXT_SIZE {
+    while let Ok(count) = timeout_at(deadline, line.receive(&mut bytes)).await {
+        let chunk = bytes.get(..count?).unwrap_or_default();
+        received.extend_from_slice(chunk);
+        let firmware = recognise(&received);
+        if firmware.is_some() || received.len() > MAX_TEXT_SIZE {
             return Ok(firmware);
         }
     }
@@ -52,8 +52,8 @@ async fn listen(target: &Target, within: Duration) -> magician::Result<Option<Fi
 }
 
 /// Finds `GRBL: V1.2.3` or `MARLIN: V1.2.3`.
-fn recognise(heard: &[u8]) -> Option<Firmware> {
-    let text = String::from_utf8_lossy(heard);
+fn recognise(received: &[u8]) -> Option<Firmware> {
+    let text = String::from_utf8_lossy(received);
     ["GRBL", "MARLIN"].into_iter().find_map(|name| {
         let mut at = text.match_indices(name);
         let version = at.find_map(|(at, _)| version(text.get(at + name.len()..)?))?;
@@ -77,18 +77,21 @@ mod tests {
 
     #[test]
     fn firmwares_are_recognised_by_their_text() {
-        let said = |text: &str| {
+        let recognised = |text: &str| {
             recognise(text.as_bytes()).map(|firmware| (firmware.name, firmware.version))
         };
         assert_eq!(
-            said("ok\r\nGRBL: V1.2.3\r\n"),
+            recognised("ok\r\nGRBL: V1.2.3\r\n"),
             Some(("GRBL", "1.2.3".into()))
         );
         assert_eq!(
-            said("MARLIN: V10.0.12.4x"),
+            recognised("MARLIN: V10.0.12.4x"),
             Some(("MARLIN", "10.0.12".into()))
         );
-        assert_eq!(said("GRBL GRBL:\tV0.9.1"), Some(("GRBL", "0.9.1".into())));
+        assert_eq!(
+            recognised("GRBL GRBL:\tV0.9.1"),
+            Some(("GRBL", "0.9.1".into()))
+        );
         for text in [
             "",
             "GRBL",
@@ -97,7 +100,7 @@ mod tests {
             "GRBL: V1..2",
             "grbl: V1.2.3",
         ] {
-            assert_eq!(said(text), None, "{text}");
+            assert_eq!(recognised(text), None, "{text}");
         }
         assert_eq!(recognise(&[0xAA; 40]), None);
     }

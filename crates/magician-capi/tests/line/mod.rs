@@ -117,20 +117,20 @@ impl Line {
 
     /// Returns all exchanges since the last call. Identical copies count as one: on a slow machine
     /// the driver retransmits.
-    pub fn passed(&self) -> Vec<Exchange> {
+    pub fn take_exchanges(&self) -> Vec<Exchange> {
         let mut pin = Slot::with(&[BARRIER_PIN, 0]);
         assert_eq!((self.get_io_do)(&mut pin), 0);
-        let mut passed = self.seen.take();
-        passed.retain(|exchange| exchange.request != BARRIER);
-        passed.dedup_by(|again, first| again.request == first.request && may_be_repeated(first));
-        passed
+        let mut exchanges = self.seen.take();
+        exchanges.retain(|exchange| exchange.request != BARRIER);
+        exchanges.dedup_by(|again, first| again.request == first.request && may_be_repeated(first));
+        exchanges
     }
 
-    /// Like [`passed`](Self::passed), without the driver's own requests.
-    pub fn called(&self) -> Vec<Exchange> {
-        let mut passed = self.passed();
-        passed.retain(|exchange| !is_housekeeping(exchange));
-        passed
+    /// Like [`take_exchanges`](Self::take_exchanges), without the driver's own requests.
+    pub fn take_call_exchanges(&self) -> Vec<Exchange> {
+        let mut exchanges = self.take_exchanges();
+        exchanges.retain(|exchange| !is_housekeeping(exchange));
+        exchanges
     }
 }
 
@@ -320,17 +320,20 @@ pub fn check_golden(line: &Line, family: Family, calls: &[Call], allow: impl Fn(
         let frame = golden
             .get(name)
             .unwrap_or_else(|| panic!("no frame of {name}"));
-        line.passed();
+        line.take_exchanges();
         if kind(family, call.function()) == Kind::Guarded {
             assert_eq!((call.make)().0, 3, "{name} before it was allowed");
-            assert!(line.called().is_empty(), "{name} before it was allowed");
+            assert!(
+                line.take_call_exchanges().is_empty(),
+                "{name} before it was allowed"
+            );
             assert_eq!(allow(text(call.function().as_bytes())), 0, "{name}");
         }
         let (code, given) = (call.make)();
-        let passed = line.passed();
-        assert_eq!(code, 0, "{name}: {passed:02X?}");
+        let exchanges = line.take_exchanges();
+        assert_eq!(code, 0, "{name}: {exchanges:02X?}");
         let (meant, else_): (Vec<_>, Vec<_>) =
-            passed.into_iter().partition(|e| e.request == *frame);
+            exchanges.into_iter().partition(|e| e.request == *frame);
         let [exchange] = &meant[..] else {
             panic!("{name} sent {else_:02X?}, not once {frame:02X?}");
         };

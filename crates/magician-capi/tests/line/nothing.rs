@@ -19,30 +19,30 @@ pub enum Missing {
 }
 
 /// Creates the arguments of a call, and owns the memory for its results.
-pub struct Given {
+pub struct CallArguments {
     missing: Missing,
     /// Number of arguments created so far.
-    at: usize,
+    created: usize,
     /// Memory for results.
     pub slots: Vec<Slot>,
 }
 
-impl Given {
-    pub fn missing(missing: Missing) -> Self {
+impl CallArguments {
+    pub fn without(missing: Missing) -> Self {
         let slots = Vec::new();
         Self {
             missing,
-            at: 0,
+            created: 0,
             slots,
         }
     }
 
     fn is_missing(&mut self) -> bool {
-        let at = self.at;
-        self.at += 1;
+        let index = self.created;
+        self.created += 1;
         match self.missing {
             Missing::All => true,
-            Missing::One(one) => one == at,
+            Missing::One(one) => one == index,
             Missing::None => false,
         }
     }
@@ -56,19 +56,19 @@ impl Given {
 /// Argument type of a function.
 pub trait Argument {
     /// True if the argument is a pointer.
-    const POINTS: bool = true;
+    const IS_POINTER: bool = true;
 
-    fn given(given: &mut Given) -> Self;
+    fn create(arguments: &mut CallArguments) -> Self;
 }
 
 macro_rules! numbers {
     ($($type:ident)*) => {
         $(
             impl Argument for $type {
-                const POINTS: bool = false;
+                const IS_POINTER: bool = false;
 
-                fn given(given: &mut Given) -> Self {
-                    u8::from(!given.is_missing()).into()
+                fn create(arguments: &mut CallArguments) -> Self {
+                    u8::from(!arguments.is_missing()).into()
                 }
             }
         )*
@@ -78,8 +78,8 @@ macro_rules! numbers {
 numbers!(u8 u32 i32 f32);
 
 impl<T: Plain> Argument for In<T> {
-    fn given(given: &mut Given) -> Self {
-        if given.is_missing() {
+    fn create(arguments: &mut CallArguments) -> Self {
+        if arguments.is_missing() {
             // SAFETY: null is allowed.
             unsafe { Self::new(ptr::null()) }
         } else {
@@ -89,19 +89,19 @@ impl<T: Plain> Argument for In<T> {
 }
 
 impl<T: Plain> Argument for Out<T> {
-    fn given(given: &mut Given) -> Self {
-        if given.is_missing() {
+    fn create(arguments: &mut CallArguments) -> Self {
+        if arguments.is_missing() {
             // SAFETY: null is allowed.
             unsafe { Self::new(ptr::null_mut()) }
         } else {
-            given.slot(size_of::<T>()).out()
+            arguments.slot(size_of::<T>()).out()
         }
     }
 }
 
 impl Argument for Text {
-    fn given(given: &mut Given) -> Self {
-        if given.is_missing() {
+    fn create(arguments: &mut CallArguments) -> Self {
+        if arguments.is_missing() {
             // SAFETY: null is allowed.
             unsafe { Self::new(ptr::null()) }
         } else {
@@ -111,12 +111,12 @@ impl Argument for Text {
 }
 
 impl Argument for Buffer {
-    fn given(given: &mut Given) -> Self {
-        if given.is_missing() {
+    fn create(arguments: &mut CallArguments) -> Self {
+        if arguments.is_missing() {
             // SAFETY: null is allowed.
             unsafe { Self::new(ptr::null_mut()) }
         } else {
-            given.slot(1).text()
+            arguments.slot(1).text()
         }
     }
 }
@@ -127,7 +127,7 @@ pub struct Row {
     pub kind: Kind,
     /// Names of the arguments, and true for each pointer.
     pub arguments: &'static [(&'static str, bool)],
-    pub call: fn(&mut Given) -> c_int,
+    pub call: fn(&mut CallArguments) -> c_int,
 }
 
 impl Row {
@@ -136,8 +136,8 @@ impl Row {
     fn needed(&self) -> impl Iterator<Item = usize> {
         let queued = self.arguments.iter().any(|(name, _)| *name == "queued");
         let numbered = self.arguments.iter().enumerate();
-        let needed =
-            numbered.filter(move |(_, (name, points))| *points && !(queued && *name == "index"));
+        let needed = numbered
+            .filter(move |(_, (name, is_pointer))| *is_pointer && !(queued && *name == "index"));
         needed.map(|(at, _)| at)
     }
 }
@@ -177,9 +177,9 @@ macro_rules! call_about_an_arm {
         $rows.push(Row {
             name: stringify!($name),
             kind: Kind::$kind,
-            arguments: &[$((stringify!($arg), <$type as Argument>::POINTS)),*],
+            arguments: &[$((stringify!($arg), <$type as Argument>::IS_POINTER)),*],
             // SAFETY: any pointer may be null; the others refer to live memory of the size needed.
-            call: |_given| unsafe { exported::$name($($id,)* $(<$type as Argument>::given(_given)),*) },
+            call: |_arguments| unsafe { exported::$name($($id,)* $(<$type as Argument>::create(_arguments)),*) },
         });
     };
 }
@@ -190,9 +190,9 @@ pub fn check_all_null(line: &Line, rows: &[Row]) {
     assert!(rows.len() > 120);
     for row in rows {
         let (name, needs) = (row.name, row.needed().next().is_some());
-        line.passed();
-        let code = (row.call)(&mut Given::missing(Missing::All));
-        let passed = line.called();
+        line.take_exchanges();
+        let code = (row.call)(&mut CallArguments::without(Missing::All));
+        let exchanges = line.take_call_exchanges();
         let expected = match row.kind {
             // Refused, because the test does not allow it with `MagicianAllow`.
             Kind::Guarded => 3,
@@ -201,7 +201,7 @@ pub fn check_all_null(line: &Line, rows: &[Row]) {
         };
         assert_eq!(code, expected, "{name}");
         let sends = row.kind == Kind::Command && !needs;
-        assert_eq!(!passed.is_empty(), sends, "{name} sent {passed:02X?}");
+        assert_eq!(!exchanges.is_empty(), sends, "{name} sent {exchanges:02X?}");
     }
 }
 
@@ -210,12 +210,15 @@ pub fn check_one_null(line: &Line, rows: &[Row]) {
     for row in rows.iter().filter(|row| row.kind == Kind::Command) {
         for missing in row.needed() {
             let (name, argument) = (row.name, row.arguments[missing].0);
-            let mut given = Given::missing(Missing::One(missing));
-            line.passed();
-            assert_eq!((row.call)(&mut given), 3, "{name} without {argument}");
-            assert!(line.called().is_empty(), "{name} without {argument}");
+            let mut arguments = CallArguments::without(Missing::One(missing));
+            line.take_exchanges();
+            assert_eq!((row.call)(&mut arguments), 3, "{name} without {argument}");
             assert!(
-                given.slots.iter().all(Slot::is_untouched),
+                line.take_call_exchanges().is_empty(),
+                "{name} without {argument}"
+            );
+            assert!(
+                arguments.slots.iter().all(Slot::is_untouched),
                 "{name} without {argument}"
             );
         }
@@ -225,11 +228,11 @@ pub fn check_one_null(line: &Line, rows: &[Row]) {
 /// Checks functions that this arm does not support: all results are zero, and nothing is sent.
 pub fn check_neutral(line: &Line, rows: &[Row]) {
     for row in rows.iter().filter(|row| row.kind == Kind::Neutral) {
-        let mut given = Given::missing(Missing::None);
-        line.passed();
-        assert_eq!((row.call)(&mut given), 0, "{}", row.name);
-        assert!(line.called().is_empty(), "{}", row.name);
+        let mut arguments = CallArguments::without(Missing::None);
+        line.take_exchanges();
+        assert_eq!((row.call)(&mut arguments), 0, "{}", row.name);
+        assert!(line.take_call_exchanges().is_empty(), "{}", row.name);
         let zero = |slot: &Slot| slot.bytes().iter().all(|byte| *byte == 0);
-        assert!(given.slots.iter().all(zero), "{}", row.name);
+        assert!(arguments.slots.iter().all(zero), "{}", row.name);
     }
 }

@@ -1,4 +1,4 @@
-//! A C program as seen by a session: pointers, buffers and calls.
+//! Stand-in for a C program: passes pointers and buffers to a session, and calls its functions.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_int};
@@ -13,11 +13,11 @@ use magician_capi::{Family, Outcome, call};
 /// Timeout of every wait, far beyond what anything here takes.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
 
-/// Byte of memory that was not written.
+/// Initial byte of memory for results; a result that still has it was not written.
 pub(crate) const UNTOUCHED: u8 = 0x5A;
 
 /// An environment without variables, ports and networks.
-pub(crate) fn alone() -> Environment {
+pub(crate) fn isolated_environment() -> Environment {
     Environment {
         variable: |_| None,
         ports: Vec::new,
@@ -36,7 +36,7 @@ pub(crate) fn long_timeouts() -> Timeouts {
 }
 
 pub(crate) fn registry() -> Registry {
-    Registry::new(alone(), long_timeouts())
+    Registry::new(isolated_environment(), long_timeouts())
 }
 
 /// Results of `ConnectDobot` of `v1` and `v2`.
@@ -49,15 +49,15 @@ pub(crate) struct ConnectResult {
 }
 
 /// Text buffer of the size that wrappers use.
-type Place = [c_char; 100];
+type TextBuffer = [c_char; 100];
 
-fn buffer(place: &mut Place) -> Buffer {
-    // SAFETY: it outlives the call.
-    unsafe { Buffer::new(place.as_mut_ptr()) }
+fn buffer(text: &mut TextBuffer) -> Buffer {
+    // SAFETY: the callers keep the text buffer alive for the whole call.
+    unsafe { Buffer::new(text.as_mut_ptr()) }
 }
 
-fn string(place: &Place) -> String {
-    let bytes: Vec<u8> = place.iter().map(|byte| byte.to_le_bytes()[0]).collect();
+fn string(buffer: &TextBuffer) -> String {
+    let bytes: Vec<u8> = buffer.iter().map(|byte| byte.to_le_bytes()[0]).collect();
     let text = CStr::from_bytes_until_nul(&bytes).unwrap();
     text.to_str().unwrap().to_owned()
 }
@@ -65,25 +65,25 @@ fn string(place: &Place) -> String {
 /// Runs `act` with a C string.
 pub(crate) fn with_text<T>(text: &str, act: impl FnOnce(Text) -> T) -> T {
     let text = CString::new(text).unwrap();
-    // SAFETY: it outlives the call.
+    // SAFETY: `text` outlives the call.
     act(unsafe { Text::new(text.as_ptr()) })
 }
 
 pub(crate) fn no_text() -> Text {
-    // SAFETY: it is null.
+    // SAFETY: null is allowed.
     unsafe { Text::new(std::ptr::null()) }
 }
 
 pub(crate) fn no_buffer() -> Buffer {
-    // SAFETY: it is null.
+    // SAFETY: null is allowed.
     unsafe { Buffer::new(std::ptr::null_mut()) }
 }
 
 pub(crate) fn connect_v1(registry: &Registry, port: &str) -> ConnectResult {
     let (mut firmware, mut version) = ([0; 100], [0; 100]);
-    let (at, version_at) = (buffer(&mut firmware), buffer(&mut version));
+    let (firmware_at, version_at) = (buffer(&mut firmware), buffer(&mut version));
     let code = with_text(port, |port| {
-        registry.connect_v1(port, 115_200, at, version_at)
+        registry.connect_v1(port, 115_200, firmware_at, version_at)
     });
     ConnectResult {
         code,
@@ -94,7 +94,7 @@ pub(crate) fn connect_v1(registry: &Registry, port: &str) -> ConnectResult {
 }
 
 /// Connects without buffers for text.
-pub(crate) fn connect_blindly(registry: &Registry, port: &str) -> c_int {
+pub(crate) fn connect_without_buffers(registry: &Registry, port: &str) -> c_int {
     with_text(port, |port| {
         registry.connect_v1(port, 115_200, no_buffer(), no_buffer())
     })
@@ -102,11 +102,11 @@ pub(crate) fn connect_blindly(registry: &Registry, port: &str) -> c_int {
 
 pub(crate) fn connect_v2(registry: &Registry, port: &str) -> ConnectResult {
     let (mut firmware, mut version, mut id) = ([0; 100], [0; 100], 77);
-    let (at, version_at) = (buffer(&mut firmware), buffer(&mut version));
-    // SAFETY: it outlives the call.
+    let (firmware_at, version_at) = (buffer(&mut firmware), buffer(&mut version));
+    // SAFETY: `id` outlives the call.
     let id_at = unsafe { Out::new(&raw mut id) };
     let code = with_text(port, |port| {
-        registry.connect_v2(port, 115_200, at, version_at, id_at)
+        registry.connect_v2(port, 115_200, firmware_at, version_at, id_at)
     });
     ConnectResult {
         code,
@@ -118,13 +118,13 @@ pub(crate) fn connect_v2(registry: &Registry, port: &str) -> ConnectResult {
 
 pub(crate) fn connect_v3(registry: &Registry, port: &str) -> (c_int, [u8; 336]) {
     let mut info = ConnectInfo([UNTOUCHED; 336]);
-    // SAFETY: it outlives the call.
+    // SAFETY: `info` outlives the call.
     let at = unsafe { Out::new(&raw mut info) };
     let code = with_text(port, |port| registry.connect_v3(port, 115_200, at));
     (code, info.0)
 }
 
-/// `SearchDobot` with a list of this size.
+/// Calls `SearchDobot` with a buffer of `size` bytes. Returns the number of names and the list.
 pub(crate) fn search(registry: &Registry, size: u32) -> (c_int, String) {
     let mut list = [0x7F; 100];
     let count = registry.search(buffer(&mut list), size);
@@ -132,7 +132,7 @@ pub(crate) fn search(registry: &Registry, size: u32) -> (c_int, String) {
     (count, string(&list))
 }
 
-/// Runs a body like an exported function.
+/// Runs the body of a function as the exported function does. Returns the code for C.
 pub(crate) fn run(
     registry: &Registry,
     name: &'static str,
@@ -145,7 +145,7 @@ pub(crate) fn run(
 /// `GetPose`: return code, and the bytes of the result afterwards.
 pub(crate) fn pose_of(registry: &Registry, id: c_int) -> (c_int, [u8; 32]) {
     let mut pose = Pose([UNTOUCHED; 32]);
-    // SAFETY: it outlives the call.
+    // SAFETY: `pose` outlives the call.
     let at = unsafe { Out::new(&raw mut pose) };
     let code = run(registry, "GetPose", id, |arm| call::get(arm, at));
     (code, pose.0)
@@ -158,7 +158,7 @@ pub(crate) fn pose(registry: &Registry) -> (c_int, [u8; 32]) {
 /// `SetHOMECmd`, which is always queued: return code and index. The index is 0 if none was written.
 pub(crate) fn home(registry: &Registry) -> (c_int, u64) {
     let (command, mut index) = (HOMECmd([0; 4]), 0);
-    // SAFETY: they outlive the call.
+    // SAFETY: `command` and `index` outlive the call.
     let (command, at) = unsafe { (In::new(&raw const command), Out::new(&raw mut index)) };
     let code = run(registry, "SetHOMECmd", 0, |arm| {
         call::queue_in(arm, command, call::Queued::Always, at)
@@ -175,7 +175,7 @@ pub(crate) fn clear(registry: &Registry) -> c_int {
 /// Sentence of this thread's last fault.
 pub(crate) fn fault() -> String {
     let mut text = [0; 1000];
-    // SAFETY: it outlives the call.
+    // SAFETY: `text` outlives the call.
     let at = unsafe { Buffer::new(text.as_mut_ptr()) };
     let length = last_error(at, 1000);
     let bytes: Vec<u8> = text
@@ -187,8 +187,8 @@ pub(crate) fn fault() -> String {
     text.to_str().unwrap().to_owned()
 }
 
-/// `MagicianLastError` with a buffer of this size.
-pub(crate) fn fault_in(size: u32) -> (c_int, String) {
+/// Calls `MagicianLastError` with a buffer of `size` bytes. Returns the length and the text.
+pub(crate) fn fault_truncated_to(size: u32) -> (c_int, String) {
     let mut text = [0; 100];
     let length = last_error(buffer(&mut text), size);
     (length, string(&text))

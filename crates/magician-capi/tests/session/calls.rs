@@ -4,8 +4,8 @@ use magician::commands::QueuedCmdStopExec;
 use magician_capi::call;
 
 use crate::bench::{
-    DEADLINE, connect_v1, connect_v2, fault, fault_in, home, no_buffer, pose, pose_of, registry,
-    run,
+    DEADLINE, connect_v1, connect_v2, fault, fault_truncated_to, home, no_buffer, pose, pose_of,
+    registry, run,
 };
 
 #[test]
@@ -34,9 +34,9 @@ fn the_last_fault_is_a_sentence_of_this_thread() {
     let sentence = fault();
     assert!(sentence.starts_with("GetPose: no arm"), "{sentence}");
     let length = i32::try_from(sentence.len()).unwrap();
-    assert_eq!(fault_in(8), (length, "GetPose".to_owned()));
-    assert_eq!(fault_in(1), (length, String::new()));
-    assert_eq!(fault_in(0), (length, String::new()));
+    assert_eq!(fault_truncated_to(8), (length, "GetPose".to_owned()));
+    assert_eq!(fault_truncated_to(1), (length, String::new()));
+    assert_eq!(fault_truncated_to(0), (length, String::new()));
     assert_eq!(magician_capi::session::last_error(no_buffer(), 0), length);
     std::thread::scope(|scope| {
         scope.spawn(|| assert_eq!(fault(), "", "another thread has none"));

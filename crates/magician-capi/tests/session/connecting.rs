@@ -6,8 +6,8 @@ use magician_capi::session::{Environment, Registry};
 use magician_capi::{Family, call};
 
 use crate::bench::{
-    alone, connect_blindly, connect_v1, fault, home, long_timeouts, no_buffer, no_text, pose,
-    registry, run,
+    connect_v1, connect_without_buffers, fault, home, isolated_environment, long_timeouts,
+    no_buffer, no_text, pose, registry, run,
 };
 
 #[test]
@@ -45,7 +45,7 @@ fn a_virtual_arm_is_named_by_the_environment() {
     let of = |variable| {
         let environment = Environment {
             variable,
-            ..alone()
+            ..isolated_environment()
         };
         Registry::new(environment, long_timeouts())
     };
@@ -55,8 +55,8 @@ fn a_virtual_arm_is_named_by_the_environment() {
     assert_eq!(said.version, "0.0.0");
     assert_eq!(pose(&everywhere).0, 0);
     let sent = of(|name| (name == "MAGICIAN_PORT_COM3").then(|| "sim".into()));
-    assert_eq!(connect_blindly(&sent, "COM3"), 0);
-    assert_eq!(connect_blindly(&sent, "COM4"), 2);
+    assert_eq!(connect_without_buffers(&sent, "COM3"), 0);
+    assert_eq!(connect_without_buffers(&sent, "COM4"), 2);
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn traffic_is_traced() {
     let variable = |name: &str| PATH.get().filter(|_| name == "MAGICIAN_TRACE").cloned();
     let environment = Environment {
         variable,
-        ..alone()
+        ..isolated_environment()
     };
     let registry = Registry::new(environment, long_timeouts());
     connect_v1(&registry, "sim");

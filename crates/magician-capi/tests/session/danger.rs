@@ -6,7 +6,9 @@ use magician::protocol::{Flag, Text};
 use magician_capi::call;
 use magician_capi::session::{Environment, Registry};
 
-use crate::bench::{alone, connect_v1, fault, long_timeouts, registry, run, with_text};
+use crate::bench::{
+    connect_v1, fault, isolated_environment, long_timeouts, registry, run, with_text,
+};
 
 fn serial() -> DeviceSn {
     DeviceSn {
@@ -68,7 +70,7 @@ fn environment_allows_dangerous_commands() {
         |name: &str| (name == "MAGICIAN_ALLOW").then(|| "setdevicesn,UpdateFirmware".into());
     let environment = Environment {
         variable,
-        ..alone()
+        ..isolated_environment()
     };
     let registry = Registry::new(environment, long_timeouts());
     connect_v1(&registry, "sim");
@@ -80,16 +82,16 @@ fn environment_allows_dangerous_commands() {
 fn raw_frames_need_the_same_permission() {
     let registry = registry();
     connect_v1(&registry, "sim");
-    let raw = |ctrl, params: &[u8]| {
+    let send_raw = |ctrl, params: &[u8]| {
         let arm = registry.find(magician_capi::Family::V1, 0).unwrap();
         arm.raw(160, ctrl, params).map(drop)
     };
     assert_eq!(
-        raw(Ctrl::GET, &[1]).unwrap_err().code as i32,
+        send_raw(Ctrl::GET, &[1]).unwrap_err().code as i32,
         3,
         "a read that switches"
     );
-    assert_eq!(raw(Ctrl::SET, &[1]).unwrap_err().code as i32, 3);
+    assert_eq!(send_raw(Ctrl::SET, &[1]).unwrap_err().code as i32, 3);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Lost replies, over a bridge that drops them.
+//! Lost replies: calls to an arm behind a bridge that drops some of its replies.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -25,15 +25,15 @@ use crate::bench::{clear, connect_v1, fault, home, pose, registry, run, with_tex
 enum Drops {
     Nothing,
     /// The next reply to a queued command.
-    One,
+    NextQueued,
     /// The next reply to a queued command, and all after it.
-    All,
+    FromNextQueued,
     Everything,
 }
 
-/// Timeouts of calls, ms: for a reply that arrives, on however busy a machine, and for one that was
-/// dropped. The short one still has to let the request reach the arm.
+/// Timeout of calls whose reply arrives, ms. Long, for a machine under load.
 const LONG_MS: u32 = 120_000;
+/// Timeout of calls whose reply is dropped, ms. Long enough for the request to reach the arm.
 const SHORT_MS: u32 = 1_500;
 
 /// A virtual arm behind a TCP bridge.
@@ -41,7 +41,7 @@ struct Bridge {
     arm: VirtualArm,
     address: SocketAddr,
     drops: Arc<AtomicU8>,
-    over: Option<oneshot::Sender<()>>,
+    stop_server: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -49,9 +49,9 @@ impl Bridge {
     fn new() -> Self {
         let arm = VirtualArm::default();
         let drops = Arc::new(AtomicU8::new(Drops::Nothing as u8));
-        let (tell, told) = channel();
-        let (over, end) = oneshot::channel::<()>();
-        let (far, lost) = (arm.clone(), Arc::clone(&drops));
+        let (send_address, receive_address) = channel();
+        let (stop_server, end) = oneshot::channel::<()>();
+        let (bridged_arm, bridge_drops) = (arm.clone(), Arc::clone(&drops));
         let thread = std::thread::spawn(move || {
             let runtime = tokio::runtime::Builder::new_current_thread()
                 .enable_all()
@@ -59,11 +59,11 @@ impl Bridge {
                 .unwrap();
             runtime.block_on(async {
                 let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
-                tell.send(listener.local_addr().unwrap()).unwrap();
+                send_address.send(listener.local_addr().unwrap()).unwrap();
                 let serve = async {
                     loop {
                         let (client, _) = listener.accept().await.unwrap();
-                        carry(client, &far, &lost).await;
+                        carry_bytes(client, &bridged_arm, &bridge_drops).await;
                     }
                 };
                 tokio::select! {
@@ -74,9 +74,9 @@ impl Bridge {
         });
         Self {
             arm,
-            address: told.recv().unwrap(),
+            address: receive_address.recv().unwrap(),
             drops,
-            over: Some(over),
+            stop_server: Some(stop_server),
             thread: Some(thread),
         }
     }
@@ -90,8 +90,8 @@ impl Bridge {
     fn set_drops(&self, registry: &Registry, what: Drops) {
         self.drops(what);
         let timeout_ms = match what {
-            Drops::Nothing | Drops::One => LONG_MS,
-            Drops::All | Drops::Everything => SHORT_MS,
+            Drops::Nothing | Drops::NextQueued => LONG_MS,
+            Drops::FromNextQueued | Drops::Everything => SHORT_MS,
         };
         registry.set_timeout(0, timeout_ms);
     }
@@ -118,31 +118,31 @@ impl Bridge {
 
 impl Drop for Bridge {
     fn drop(&mut self) {
-        drop(self.over.take());
+        drop(self.stop_server.take());
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
     }
 }
 
-async fn carry(mut client: TcpStream, arm: &VirtualArm, drops: &AtomicU8) {
+async fn carry_bytes(mut client: TcpStream, arm: &VirtualArm, drops: &AtomicU8) {
     let line = RawLine::simulated(arm.clone(), LineOptions::default());
     let mut line = line.await.unwrap();
-    let (mut there, mut back) = ([0; 1024], [0; 1024]);
+    let (mut to_arm, mut from_arm) = ([0; 1024], [0; 1024]);
     loop {
         tokio::select! {
-            came = client.read(&mut there) => match came {
-                Ok(count) if count > 0 => line.send(&there[..count]).await.unwrap(),
+            read = client.read(&mut to_arm) => match read {
+                Ok(count) if count > 0 => line.send(&to_arm[..count]).await.unwrap(),
                 _ => return,
             },
-            came = line.receive(&mut back) => {
-                let frame = &back[..came.unwrap()];
+            read = line.receive(&mut from_arm) => {
+                let frame = &from_arm[..read.unwrap()];
                 // Bytes of a frame: two of header, length, id, Ctrl.
                 let queued = frame[4] & 2 != 0;
                 let what = drops.load(Ordering::SeqCst);
                 let next = match what {
-                    what if what == Drops::One as u8 && queued => Drops::Nothing,
-                    what if what == Drops::All as u8 && queued => Drops::Everything,
+                    what if what == Drops::NextQueued as u8 && queued => Drops::Nothing,
+                    what if what == Drops::FromNextQueued as u8 && queued => Drops::Everything,
                     what if what == Drops::Everything as u8 => Drops::Everything,
                     _ => {
                         client.write_all(frame).await.unwrap();
@@ -163,7 +163,7 @@ fn stop(registry: &Registry) -> i32 {
 
 /// An empty queue is started, as programs expect. A queue with commands of another program is not.
 #[test]
-fn connecting_starts_an_empty_queue_and_no_other() {
+fn connecting_starts_the_queue_only_if_it_is_empty() {
     let bridge = Bridge::new();
     let started = || bridge.arm.state().queue.started;
     assert!(!started(), "as at power-up");
@@ -185,7 +185,7 @@ fn lost_reply_is_recovered() {
     let registry = bridge.registry();
     assert_eq!(home(&registry), (0, 2));
     for index in 3..7 {
-        bridge.set_drops(&registry, Drops::One);
+        bridge.set_drops(&registry, Drops::NextQueued);
         assert_eq!(home(&registry), (0, index));
     }
     assert_eq!(bridge.queued(), 5, "each was taken once");
@@ -195,8 +195,9 @@ fn lost_reply_is_recovered() {
 fn lost_reply_of_the_first_command_is_recovered_at_rest() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.set_drops(&registry, Drops::One);
-    // The first index of an arm is 1 or 2. Take 1, so that waiting for it ends.
+    bridge.set_drops(&registry, Drops::NextQueued);
+    // The first index of an arm is 1 or 2, and the lost reply leaves open which. The library
+    // returns 1: a program that waits for index 1 never waits too long.
     assert_eq!(home(&registry), (0, 1));
     assert_eq!(home(&registry), (0, 3));
     assert_eq!(bridge.queued(), 2, "each was taken once");
@@ -207,12 +208,12 @@ fn commands_in_doubt_are_never_retransmitted() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
     assert_eq!(home(&registry), (0, 2));
-    bridge.set_drops(&registry, Drops::All);
+    bridge.set_drops(&registry, Drops::FromNextQueued);
     assert_eq!(home(&registry), (2, 0));
     let first = fault();
     assert!(first.contains("look at the arm"), "{first}");
     bridge.set_drops(&registry, Drops::Nothing);
-    // A stock wrapper retries like this.
+    // The vendor's wrapper retries a failed call like this.
     for _ in 0..20 {
         assert_eq!(home(&registry), (2, 0));
     }
@@ -244,7 +245,7 @@ fn commands_in_doubt_are_never_retransmitted() {
 fn new_connection_clears_the_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.set_drops(&registry, Drops::All);
+    bridge.set_drops(&registry, Drops::FromNextQueued);
     assert_eq!(home(&registry).0, 2);
     bridge.set_drops(&registry, Drops::Nothing);
     assert_eq!(home(&registry).0, 2);
@@ -275,7 +276,7 @@ fn jog_may_be_repeated_and_always_stopped() {
     bridge.set_drops(&registry, Drops::Nothing);
     assert_eq!(jog(0), 0);
     assert_eq!(home(&registry).0, 0);
-    bridge.set_drops(&registry, Drops::All);
+    bridge.set_drops(&registry, Drops::FromNextQueued);
     assert_eq!(home(&registry).0, 2);
     bridge.set_drops(&registry, Drops::Nothing);
     assert_eq!(jog(0), 0, "it ends whatever is in doubt");
@@ -285,8 +286,8 @@ fn jog_may_be_repeated_and_always_stopped() {
 fn lost_reply_of_an_immediate_command_leaves_a_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    let named = with_text("QueuedCmdStartDownload", |names| registry.allow(names));
-    assert_eq!(named, 0);
+    let allowed = with_text("QueuedCmdStartDownload", |names| registry.allow(names));
+    assert_eq!(allowed, 0);
     let download = || {
         let start = QueuedCmdStartDownload {
             total_loop: 1,
@@ -307,7 +308,7 @@ fn lost_reply_of_an_immediate_command_leaves_a_doubt() {
 fn raw_frames_are_refused_while_in_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.set_drops(&registry, Drops::All);
+    bridge.set_drops(&registry, Drops::FromNextQueued);
     assert_eq!(home(&registry).0, 2);
     bridge.set_drops(&registry, Drops::Nothing);
     let arm = registry.find(magician_capi::Family::V1, 0).unwrap();
@@ -331,7 +332,7 @@ fn call_without_reply_times_out_and_writes_nothing() {
 fn waiting_command_is_refused_after_one_in_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.set_drops(&registry, Drops::All);
+    bridge.set_drops(&registry, Drops::FromNextQueued);
     std::thread::scope(|scope| {
         let first = scope.spawn(|| home(&registry).0);
         while bridge.queued() == 0 {
@@ -363,7 +364,7 @@ fn excess_callers_get_a_retry_error() {
 }
 
 #[test]
-fn a_forced_stop_waits_for_no_answer() {
+fn forced_stop_does_not_wait_for_a_pending_call() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
     let start = || {
@@ -373,7 +374,7 @@ fn a_forced_stop_waits_for_no_answer() {
         )
     };
     start().unwrap();
-    bridge.set_drops(&registry, Drops::All);
+    bridge.set_drops(&registry, Drops::FromNextQueued);
     registry.set_timeout(0, 4 * SHORT_MS);
     std::thread::scope(|scope| {
         let first = scope.spawn(|| (home(&registry).0, fault()));

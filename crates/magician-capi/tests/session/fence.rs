@@ -8,7 +8,7 @@ use magician_capi::call;
 use magician_capi::session::{Environment, Registry};
 use tempfile::TempDir;
 
-use crate::bench::{alone, connect_v1, fault, long_timeouts, run};
+use crate::bench::{connect_v1, fault, isolated_environment, long_timeouts, run};
 
 static SETTINGS: OnceLock<TempDir> = OnceLock::new();
 
@@ -28,7 +28,7 @@ fn settings(name: &str) -> Option<String> {
 fn registry(variable: fn(&str) -> Option<String>) -> Registry {
     let environment = Environment {
         variable,
-        ..alone()
+        ..isolated_environment()
     };
     Registry::new(environment, long_timeouts())
 }

@@ -5,7 +5,7 @@ use std::net::Ipv4Addr;
 use magician::Port;
 use magician_capi::session::{Environment, Registry};
 
-use crate::bench::{alone, long_timeouts, no_buffer, search};
+use crate::bench::{isolated_environment, long_timeouts, no_buffer, search};
 
 fn ports() -> Vec<Port> {
     let port = |path: &str, name: &str| Port {
@@ -27,7 +27,7 @@ fn ports_are_listed_without_prefix_before_addresses() {
     let environment = Environment {
         ports,
         network: || vec![Ipv4Addr::new(192, 168, 0, 5)],
-        ..alone()
+        ..isolated_environment()
     };
     let registry = Registry::new(environment, long_timeouts());
     assert_eq!(
@@ -44,7 +44,7 @@ fn port_of_the_environment_is_listed_first_and_once() {
     let environment = Environment {
         variable: |name| (name == "MAGICIAN_PORT").then(|| "COM3".into()),
         ports,
-        ..alone()
+        ..isolated_environment()
     };
     let registry = Registry::new(environment, long_timeouts());
     assert_eq!(search(&registry, 100), (2, "COM3 ttyUSB0".into()));
@@ -52,7 +52,7 @@ fn port_of_the_environment_is_listed_first_and_once() {
 
 #[test]
 fn no_port_gives_an_empty_list() {
-    let registry = Registry::new(alone(), long_timeouts());
+    let registry = Registry::new(isolated_environment(), long_timeouts());
     assert_eq!(search(&registry, 100), (0, String::new()));
     assert_eq!(search(&registry, 1), (0, String::new()));
 }

@@ -1,4 +1,4 @@
-//! A program that waits for a queue that stands still.
+//! A program waits for a queue that stands still: when it gets an explanation, and which one.
 
 use std::time::Duration;
 
@@ -10,22 +10,22 @@ use magician_capi::call;
 use magician_capi::pointer::Out;
 use magician_capi::session::{Registry, Timeouts};
 
-use crate::bench::{alone, connect_v1, fault, home, long_timeouts, pose_of, run};
+use crate::bench::{connect_v1, fault, home, isolated_environment, long_timeouts, pose_of, run};
 
-/// Registry that looks for the reason without delay.
+/// Creates a registry with a virtual arm, which looks for the reason of a standstill without delay.
 fn registry() -> Registry {
     let timeouts = Timeouts {
         standing: Duration::ZERO,
         ..long_timeouts()
     };
-    let registry = Registry::new(alone(), timeouts);
+    let registry = Registry::new(isolated_environment(), timeouts);
     connect_v1(&registry, "sim");
     registry
 }
 
 fn index(registry: &Registry) -> u64 {
     let mut index = 0;
-    // SAFETY: it outlives the call.
+    // SAFETY: `index` outlives the call.
     #[allow(unsafe_code)]
     let at = unsafe { Out::new(&raw mut index) };
     let code = run(registry, "GetQueuedCmdCurrentIndex", 0, |arm| {
@@ -35,7 +35,7 @@ fn index(registry: &Registry) -> u64 {
     index
 }
 
-fn go(registry: &Registry, x: f32) {
+fn queue_move(registry: &Registry, x: f32) {
     let to = PtpCmd {
         ptp_mode: PtpMode::MovjXyz,
         x,
@@ -47,13 +47,13 @@ fn go(registry: &Registry, x: f32) {
     assert_eq!(code, 0);
 }
 
-/// Causes another fault, so that a repeated one is visible again.
-fn another(registry: &Registry) {
+/// Replaces the last fault by another one, so that a repetition of the first would be noticed.
+fn cause_another_fault(registry: &Registry) {
     pose_of(registry, 7);
     assert!(fault().starts_with("GetPose"), "{}", fault());
 }
 
-fn order<T: magician::protocol::Writable>(registry: &Registry, command: &T) {
+fn send<T: magician::protocol::Writable>(registry: &Registry, command: &T) {
     assert_eq!(
         run(registry, "an order", 0, |arm| call::set(arm, command)),
         0
@@ -63,22 +63,22 @@ fn order<T: magician::protocol::Writable>(registry: &Registry, command: &T) {
 #[test]
 fn alarm_that_blocks_the_queue_is_reported_once() {
     let registry = registry();
-    go(&registry, 900.0);
-    go(&registry, 220.0);
-    another(&registry);
+    queue_move(&registry, 900.0);
+    queue_move(&registry, 220.0);
+    cause_another_fault(&registry);
     for _ in 0..3 {
         assert_eq!(index(&registry), 2, "the second one waits");
     }
-    let told = fault();
+    let message = fault();
     for word in ["command 3 is not finished", "0x11", "ClearAllAlarmsState"] {
-        assert!(told.contains(word), "{told}");
+        assert!(message.contains(word), "{message}");
     }
-    another(&registry);
+    cause_another_fault(&registry);
     for _ in 0..3 {
         index(&registry);
     }
     assert!(fault().starts_with("GetPose"), "it was said: {}", fault());
-    order(&registry, &ClearAlarmsState {});
+    send(&registry, &ClearAlarmsState {});
     while index(&registry) < 2 {}
     assert!(fault().starts_with("GetPose"), "{}", fault());
 }
@@ -86,15 +86,15 @@ fn alarm_that_blocks_the_queue_is_reported_once() {
 #[test]
 fn stopped_queue_is_reported() {
     let registry = registry();
-    order(&registry, &QueuedCmdStopExec {});
-    go(&registry, 220.0);
-    another(&registry);
+    send(&registry, &QueuedCmdStopExec {});
+    queue_move(&registry, 220.0);
+    cause_another_fault(&registry);
     for _ in 0..4 {
         assert_eq!(index(&registry), 0);
     }
     assert!(fault().contains("SetQueuedCmdStartExec"), "{}", fault());
-    another(&registry);
-    order(&registry, &QueuedCmdStartExec {});
+    cause_another_fault(&registry);
+    send(&registry, &QueuedCmdStartExec {});
     while index(&registry) < 1 {}
     assert!(fault().starts_with("GetPose"), "{}", fault());
 }
@@ -102,11 +102,11 @@ fn stopped_queue_is_reported() {
 #[test]
 fn homing_is_not_reported_as_blocked_by_an_alarm() {
     let registry = registry();
-    order(&registry, &QueuedCmdStopExec {});
-    go(&registry, 900.0);
+    send(&registry, &QueuedCmdStopExec {});
+    queue_move(&registry, 900.0);
     home(&registry);
-    order(&registry, &QueuedCmdStartExec {});
-    another(&registry);
+    send(&registry, &QueuedCmdStartExec {});
+    cause_another_fault(&registry);
     while index(&registry) < 2 {}
     assert!(fault().starts_with("GetPose"), "{}", fault());
 }
@@ -114,11 +114,11 @@ fn homing_is_not_reported_as_blocked_by_an_alarm() {
 #[test]
 fn finished_queue_is_not_reported() {
     let registry = registry();
-    another(&registry);
+    cause_another_fault(&registry);
     for _ in 0..5 {
         index(&registry);
     }
-    order(&registry, &QueuedCmdStopExec {});
+    send(&registry, &QueuedCmdStopExec {});
     let pause = WaitCmd { timeout: 5 };
     assert_eq!(
         run(&registry, "SetWAITCmd", 0, |arm| arm
@@ -126,7 +126,7 @@ fn finished_queue_is_not_reported() {
             .map(drop)),
         0
     );
-    order(&registry, &magician::commands::QueuedCmdClear {});
+    send(&registry, &magician::commands::QueuedCmdClear {});
     for _ in 0..5 {
         index(&registry);
     }

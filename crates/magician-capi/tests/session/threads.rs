@@ -9,13 +9,13 @@ use crate::bench::{connect_v1, connect_v2, home, pose, pose_of, registry};
 fn calls_of_many_threads_succeed_while_others_connect() {
     let registry = registry();
     assert_eq!(connect_v2(&registry, "sim").id, 0);
-    let over = AtomicBool::new(false);
+    let done = AtomicBool::new(false);
     scope(|scope| {
         let callers: Vec<_> = (0..8)
             .map(|_| {
                 scope.spawn(|| {
                     let mut calls = 0;
-                    while calls < 25 || !over.load(Ordering::Relaxed) {
+                    while calls < 25 || !done.load(Ordering::Relaxed) {
                         let (code, bytes) = pose_of(&registry, 0);
                         assert_eq!(code, 0);
                         let first: [u8; 4] = bytes[..4].try_into().unwrap();
@@ -26,12 +26,12 @@ fn calls_of_many_threads_succeed_while_others_connect() {
             })
             .collect();
         for _ in 0..10 {
-            let said = connect_v2(&registry, "sim");
-            assert_eq!((said.code, said.id), (0, 1));
+            let connection = connect_v2(&registry, "sim");
+            assert_eq!((connection.code, connection.id), (0, 1));
             assert_eq!(pose_of(&registry, 1).0, 0);
             assert_eq!(registry.disconnect(1), 0);
         }
-        over.store(true, Ordering::Relaxed);
+        done.store(true, Ordering::Relaxed);
         callers
             .into_iter()
             .for_each(|caller| caller.join().unwrap());
@@ -41,11 +41,11 @@ fn calls_of_many_threads_succeed_while_others_connect() {
 #[test]
 fn calls_of_many_threads_succeed_after_reconnecting() {
     let registry = registry();
-    let over = AtomicBool::new(false);
+    let done = AtomicBool::new(false);
     scope(|scope| {
         for _ in 0..8 {
             scope.spawn(|| {
-                while !over.load(Ordering::Relaxed) {
+                while !done.load(Ordering::Relaxed) {
                     // 2: no arm is connected. 0: the connection ended during the call.
                     assert!([0, 2].contains(&pose(&registry).0));
                 }
@@ -55,7 +55,7 @@ fn calls_of_many_threads_succeed_after_reconnecting() {
             assert_eq!(connect_v1(&registry, "sim").code, 0);
             assert_eq!(registry.disconnect(0), 0);
         }
-        over.store(true, Ordering::Relaxed);
+        done.store(true, Ordering::Relaxed);
     });
     assert_eq!(connect_v1(&registry, "sim").code, 0);
     assert_eq!(pose(&registry).0, 0);
@@ -80,10 +80,10 @@ fn indices_of_many_threads_are_unique() {
         let callers: Vec<_> = (0..8)
             .map(|_| scope.spawn(|| [(); 4].map(|()| home(&registry))))
             .collect();
-        let given = callers
+        let results = callers
             .into_iter()
             .flat_map(|caller| caller.join().unwrap());
-        given
+        results
             .map(|(code, index)| {
                 assert_eq!(code, 0);
                 index

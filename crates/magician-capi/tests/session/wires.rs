@@ -15,8 +15,8 @@ use magician_capi::session::{Registry, Timeouts};
 use tokio::sync::oneshot;
 
 use crate::bench::{
-    DEADLINE, UNTOUCHED, alone, connect_blindly, connect_v1, connect_v3, fault, home,
-    long_timeouts, pose, registry, run,
+    DEADLINE, UNTOUCHED, connect_v1, connect_v3, connect_without_buffers, fault, home,
+    isolated_environment, long_timeouts, pose, registry, run,
 };
 
 /// A virtual arm served at endpoints, on a thread.
@@ -147,7 +147,7 @@ fn with_short_timeouts(text: Duration) -> Registry {
         text,
         standing: short,
     };
-    Registry::new(alone(), timeouts)
+    Registry::new(isolated_environment(), timeouts)
 }
 
 const TEXT: &[u8] = b"\nM10\nM10\nM10\nM10\nM10\n";
@@ -276,7 +276,7 @@ fn silent_port_counts_as_connected() {
 fn no_text_probe_without_a_firmware_buffer() {
     let device = Device::silent();
     let registry = with_short_timeouts(DEADLINE);
-    assert_eq!(connect_blindly(&registry, device.name()), 0);
+    assert_eq!(connect_without_buffers(&registry, device.name()), 0);
     registry.disconnect(0);
     assert!(!device.all().windows(3).any(|bytes| bytes == b"M10"));
 }
@@ -291,7 +291,7 @@ fn arm_gets_no_text_probe() {
         text: Duration::MAX,
         ..long_timeouts()
     };
-    let registry = Registry::new(alone(), timeouts);
+    let registry = Registry::new(isolated_environment(), timeouts);
     assert_eq!(connect_v1(&registry, &arm_at(&path)).code, 0);
 }
 
