@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use mdns_sd::{ResolvedService, ServiceDaemon, ServiceEvent, ServiceInfo};
 use serde::Serialize;
 
-/// Service type.
+/// DNS-SD service type of a station.
 const SERVICE_TYPE: &str = "_magician._tcp.local.";
 /// Largest TXT entry, in bytes with its key (RFC 6763 section 6.1).
 const MAX_TXT_SIZE: usize = 255;
@@ -40,20 +40,27 @@ impl Announcement {
         let port = addresses.first().map_or(0, SocketAddr::port);
         let host = host_name();
         let properties = properties(encrypted, arms);
-        let named = addresses.iter().map(SocketAddr::ip);
-        let named: Vec<IpAddr> = named.filter(|address| !address.is_unspecified()).collect();
-        let every = named.is_empty();
+        let specific = addresses.iter().map(SocketAddr::ip);
+        let specific: Vec<IpAddr> = specific
+            .filter(|address| !address.is_unspecified())
+            .collect();
+        let listens_everywhere = specific.is_empty();
         let domain = format!("{host}.local.");
         let info = ServiceInfo::new(
             SERVICE_TYPE,
             &host,
             &domain,
-            &named[..],
+            &specific[..],
             port,
             &properties[..],
         )?;
-        // Listens at every address: announce all addresses of the machine, also later ones.
-        let info = if every { info.enable_addr_auto() } else { info };
+        // The station listens at every address, so announce all addresses of the machine, also
+        // those that it gets later.
+        let info = if listens_everywhere {
+            info.enable_addr_auto()
+        } else {
+            info
+        };
         let name = info.get_fullname().to_owned();
         let daemon = ServiceDaemon::new()?;
         daemon.register(info)?;
@@ -65,20 +72,20 @@ impl Drop for Announcement {
     fn drop(&mut self) {
         // Withdraws the announcement so that others drop it from their caches. 200 ms is a choice:
         // the end of the program shall not hang on the network.
-        if let Ok(told) = self.daemon.unregister(&self.name) {
-            let _ = told.recv_timeout(Duration::from_millis(200));
+        if let Ok(status) = self.daemon.unregister(&self.name) {
+            let _ = status.recv_timeout(Duration::from_millis(200));
         }
         let _ = self.daemon.shutdown();
     }
 }
 
-/// Browses for stations for this long.
-pub(crate) fn find(patience: Duration) -> Result<Vec<FoundStation>, mdns_sd::Error> {
-    let until = Instant::now() + patience;
+/// Browses for stations for `duration`.
+pub(crate) fn find(duration: Duration) -> Result<Vec<FoundStation>, mdns_sd::Error> {
+    let deadline = Instant::now() + duration;
     let daemon = ServiceDaemon::new()?;
     let events = daemon.browse(SERVICE_TYPE)?;
     let mut found = BTreeMap::new();
-    while let Ok(event) = events.recv_deadline(until) {
+    while let Ok(event) = events.recv_deadline(deadline) {
         // A station with many addresses is reported more than once; the last report is the most
         // complete.
         if let ServiceEvent::ServiceResolved(service) = event
@@ -123,8 +130,8 @@ fn station(service: &ResolvedService) -> Option<FoundStation> {
     )
 }
 
-/// Creates the station to show. The announcement comes from the network, so control characters are
-/// made visible.
+/// Creates the station that is shown to the user. The announcement comes from the network, so
+/// control characters are made visible.
 fn to_station(
     name: &str,
     addresses: impl Iterator<Item = IpAddr>,
@@ -133,7 +140,7 @@ fn to_station(
     arms: &str,
 ) -> Option<FoundStation> {
     let usable = |address: &IpAddr| match address {
-        // A loopback address is that of the other computer.
+        // A loopback address would lead to this computer, not to the announcing one.
         address if address.is_loopback() => false,
         IpAddr::V4(_) => true,
         // A link-local address needs the name of an interface, for which a URL has no place.
@@ -141,12 +148,12 @@ fn to_station(
     };
     let address = addresses.filter(usable).min()?;
     let scheme = if tls == "1" { "https" } else { "http" };
-    let shown = |text: &str| magician_protocol::visible(text).to_string();
+    let escaped = |text: &str| magician_protocol::visible(text).to_string();
     let arms = arms.split(',').filter(|arm| !arm.is_empty());
     Some(FoundStation {
         url: format!("{scheme}://{}", SocketAddr::new(address, port)),
-        name: shown(name),
-        arms: arms.map(shown).collect(),
+        name: escaped(name),
+        arms: arms.map(escaped).collect(),
     })
 }
 
@@ -159,9 +166,9 @@ pub(crate) fn host_name() -> String {
         .into_owned();
     #[cfg(not(unix))]
     let name = std::env::var("COMPUTERNAME").unwrap_or_default();
-    let sign = |c: &char| c.is_ascii_alphanumeric() || *c == '-';
+    let is_allowed = |c: &char| c.is_ascii_alphanumeric() || *c == '-';
     let first = name.split('.').next().unwrap_or_default();
-    let name: String = first.chars().filter(sign).take(63).collect();
+    let name: String = first.chars().filter(is_allowed).take(63).collect();
     if name.is_empty() {
         "magician".to_owned()
     } else {
@@ -173,23 +180,23 @@ pub(crate) fn host_name() -> String {
 mod tests {
     use super::*;
 
-    fn at(addresses: &[&str], tls: &str, arms: &str) -> Option<FoundStation> {
+    fn found_at(addresses: &[&str], tls: &str, arms: &str) -> Option<FoundStation> {
         let addresses = addresses.iter().map(|address| address.parse().unwrap());
         to_station("lab", addresses, 8910, tls, arms)
     }
 
     #[test]
-    fn a_service_is_found_under_an_address_that_a_url_can_have() {
-        let both = at(&["fe80::1", "192.168.1.5"], "0", "left,right").unwrap();
+    fn station_url_has_an_address_that_a_url_can_contain() {
+        let both = found_at(&["fe80::1", "192.168.1.5"], "0", "left,right").unwrap();
         assert_eq!(both.url, "http://192.168.1.5:8910");
         assert_eq!(both.arms, ["left", "right"]);
         assert_eq!(
-            at(&["fd00::5"], "1", "").unwrap().url,
+            found_at(&["fd00::5"], "1", "").unwrap().url,
             "https://[fd00::5]:8910"
         );
-        assert_eq!(at(&["fe80::1"], "0", "arm"), None);
-        assert_eq!(at(&["127.0.0.1", "::1"], "0", "arm"), None);
-        assert_eq!(at(&[], "0", "arm"), None);
+        assert_eq!(found_at(&["fe80::1"], "0", "arm"), None);
+        assert_eq!(found_at(&["127.0.0.1", "::1"], "0", "arm"), None);
+        assert_eq!(found_at(&[], "0", "arm"), None);
     }
 
     #[test]
@@ -201,7 +208,9 @@ mod tests {
 
     #[test]
     fn announcement_fits_in_a_packet_and_contains_no_secret() {
-        let arms: Vec<_> = (0..40).map(|at| format!("arm-with-a-name-{at}")).collect();
+        let arms: Vec<_> = (0..40)
+            .map(|nth| format!("arm-with-a-name-{nth}"))
+            .collect();
         let properties = properties(true, &arms);
         let names: Vec<_> = properties.iter().map(|(name, _)| *name).collect();
         assert_eq!(names, ["api", "tls", "version", "arms"]);

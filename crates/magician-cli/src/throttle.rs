@@ -2,15 +2,16 @@
 //! counted.
 //!
 //! A peer that sends garbage could otherwise fill the log of a station at the speed of its line.
-//! Each kind of line has a budget for a period. When the period ends, one summary replaces the
-//! suppressed lines, and the next period is twice as long; a period without lines resets the kind.
+//! Each kind of line has a budget. Once that is used up, further lines are suppressed, and a
+//! summary replaces them at the end of each period. Each period is twice as long as the one before.
+//! A period without suppressed lines renews the budget.
 
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::time::Duration;
 
-/// Lines of a kind shown at once. A choice.
-const LINES_PER_PERIOD: u32 = 10;
+/// Budget of each kind: lines shown before suppression starts. A choice.
+const LINE_BUDGET: u32 = 10;
 /// First period after which suppressed lines are summarized. Each further period is twice as long,
 /// up to `MAX_PERIOD`, so that the summaries of a lasting flood stay few.
 const FIRST_PERIOD: Duration = Duration::from_secs(1);
@@ -25,10 +26,10 @@ pub(crate) struct Throttle<K> {
 #[derive(Clone, Debug)]
 struct Flood {
     /// Start of the period.
-    since: Duration,
+    period_start: Duration,
     period: Duration,
-    /// Lines that may still be shown in the period.
-    left: u32,
+    /// Lines that may still be shown before suppression starts.
+    budget: u32,
     /// Lines suppressed in the period.
     suppressed: u64,
     /// Last suppressed line of the period.
@@ -41,7 +42,7 @@ pub(crate) struct Suppressed {
     pub(crate) count: u64,
     /// Last suppressed line.
     pub(crate) last: String,
-    /// Time in which they came, s.
+    /// Time from the start of the period to the summary, s; at least 1.
     pub(crate) seconds: u64,
 }
 
@@ -60,8 +61,8 @@ impl<K: Hash + Eq> Throttle<K> {
             .kinds
             .entry(kind)
             .or_insert_with(|| Flood::starting_at(now));
-        if flood.left > 0 {
-            flood.left -= 1;
+        if flood.budget > 0 {
+            flood.budget -= 1;
             return true;
         }
         flood.suppressed += 1;
@@ -76,12 +77,12 @@ impl<K: Hash + Eq> Throttle<K> {
     pub(crate) fn take_ended(&mut self, now: Duration) -> Vec<Suppressed> {
         let mut summaries = Vec::new();
         self.kinds.retain(|_, flood| {
-            if now.saturating_sub(flood.since) < flood.period {
+            if now.saturating_sub(flood.period_start) < flood.period {
                 return true;
             }
-            summaries.extend(flood.take(now));
-            // A kind without lines for a whole period starts anew.
-            flood.left == 0 && flood.since == now
+            summaries.extend(flood.end_period(now));
+            // A kind without suppressed lines in a whole period is forgotten: it gets a new budget.
+            flood.budget == 0 && flood.period_start == now
         });
         summaries
     }
@@ -89,30 +90,30 @@ impl<K: Hash + Eq> Throttle<K> {
     /// Returns summaries of everything suppressed so far, for the end of the program.
     pub(crate) fn take_all(&mut self, now: Duration) -> Vec<Suppressed> {
         let floods = self.kinds.values_mut();
-        floods.filter_map(|flood| flood.take(now)).collect()
+        floods.filter_map(|flood| flood.end_period(now)).collect()
     }
 }
 
 impl Flood {
     fn starting_at(now: Duration) -> Self {
         Self {
-            since: now,
+            period_start: now,
             period: FIRST_PERIOD,
-            left: LINES_PER_PERIOD,
+            budget: LINE_BUDGET,
             suppressed: 0,
             last: String::new(),
         }
     }
 
-    /// Begins the next period. Returns the summary of the last one, or `None` if nothing was
-    /// suppressed.
-    fn take(&mut self, now: Duration) -> Option<Suppressed> {
+    /// Returns the summary of this period and begins the next one. Returns `None`, without a new
+    /// period, if nothing was suppressed.
+    fn end_period(&mut self, now: Duration) -> Option<Suppressed> {
         let count = std::mem::take(&mut self.suppressed);
         if count == 0 {
             return None;
         }
-        let seconds = now.saturating_sub(self.since).as_secs().max(1);
-        (self.since, self.period) = (now, (self.period * 2).min(MAX_PERIOD));
+        let seconds = now.saturating_sub(self.period_start).as_secs().max(1);
+        (self.period_start, self.period) = (now, (self.period * 2).min(MAX_PERIOD));
         Some(Suppressed {
             count,
             last: std::mem::take(&mut self.last),
@@ -143,28 +144,32 @@ impl std::fmt::Display for Suppressed {
 mod tests {
     use super::*;
 
-    /// Returns the lines written if one comes each millisecond for this many seconds.
-    fn written(seconds: u64) -> (u64, u64) {
+    /// Sends one line each millisecond for this many seconds. Returns the number of lines written
+    /// to the log, summaries included, and the number of sent lines that these account for.
+    fn run_flood(seconds: u64) -> (u64, u64) {
         let mut throttle = Throttle::default();
-        let (mut lines, mut summaries) = (0, 0);
+        let (mut lines, mut accounted) = (0, 0);
         for at in (0..seconds * 1000).map(Duration::from_millis) {
-            for held in throttle.take_ended(at) {
-                (lines, summaries) = (lines + 1, summaries + held.count);
+            for summary in throttle.take_ended(at) {
+                (lines, accounted) = (lines + 1, accounted + summary.count);
             }
             if throttle.allows(at, "damaged", "a damaged frame") {
-                (lines, summaries) = (lines + 1, summaries + 1);
+                (lines, accounted) = (lines + 1, accounted + 1);
             }
         }
         let end = Duration::from_secs(seconds);
-        let rest = throttle.take_all(end).into_iter().map(|held| held.count);
-        (lines, summaries + rest.sum::<u64>())
+        let rest = throttle
+            .take_all(end)
+            .into_iter()
+            .map(|summary| summary.count);
+        (lines, accounted + rest.sum::<u64>())
     }
 
     #[test]
     fn flood_is_summarised_and_counted() {
-        assert_eq!(written(10), (10 + 3, 10_000));
-        assert_eq!(written(3600).1, 3_600_000);
-        assert!(written(3600).0 < 100);
+        assert_eq!(run_flood(10), (10 + 3, 10_000));
+        assert_eq!(run_flood(3600).1, 3_600_000);
+        assert!(run_flood(3600).0 < 100);
     }
 
     #[test]
@@ -178,16 +183,19 @@ mod tests {
     }
 
     #[test]
-    fn after_a_flood_and_some_quiet_lines_are_shown_again() {
+    fn lines_are_shown_again_after_a_flood_and_a_quiet_period() {
         let mut throttle = Throttle::default();
         let at = Duration::from_millis;
         for nth in 0..12 {
             assert_eq!(throttle.allows(at(nth), 1, "line"), nth < 10);
         }
-        let [held] = &throttle.take_ended(at(1000))[..] else {
+        let [summary] = &throttle.take_ended(at(1000))[..] else {
             panic!("one kind")
         };
-        assert_eq!(held.to_string(), "line; and 1 more like it in the last 1 s");
+        assert_eq!(
+            summary.to_string(),
+            "line; and 1 more like it in the last 1 s"
+        );
         assert!(!throttle.allows(at(1500), 1, "line"), "it goes on");
         assert_eq!(throttle.take_ended(at(3000)).len(), 1);
         assert_eq!(throttle.take_ended(at(9000)), []);

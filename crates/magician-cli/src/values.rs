@@ -17,7 +17,7 @@ pub(crate) fn columns(description: &Description<'_>, indent: usize) -> Result<Co
     Ok(columns)
 }
 
-/// Returns a unit with its leading space; empty if the field is not a quantity.
+/// Formats a unit for display after a value; empty if the field is not a quantity.
 pub(crate) fn unit(unit: &'static str) -> String {
     match unit {
         "flag" | "enum" | "text" | "bytes" | "bitmap" | "reserved" | "index" | "id" | "count" => {
@@ -38,20 +38,20 @@ pub(crate) fn params(row: &Row, layout: &LayoutInfo, words: &[String]) -> Result
                 "`{word}` is not a field of {}: expected key=value",
                 row.name
             );
-            Failure::usage(message).hint(fields(row, layout))
+            Failure::usage(message).hint(fields_hint(row, layout))
         })?);
     }
     let mut params = [0; MAX_PARAMS];
     let mut writer = Writer::new(&mut params);
     encode_text(layout, &pairs, &mut writer).map_err(|error| {
-        Failure::usage(format!("{}: {error}", row.name)).hint(fields(row, layout))
+        Failure::usage(format!("{}: {error}", row.name)).hint(fields_hint(row, layout))
     })?;
     let count = writer.finish();
     let count = count.map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
     Ok(params.get(..count).unwrap_or_default().to_vec())
 }
 
-fn fields(row: &Row, layout: &LayoutInfo) -> String {
+fn fields_hint(row: &Row, layout: &LayoutInfo) -> String {
     let names: Vec<_> = layout.fields.iter().map(|field| field.name).collect();
     match names.as_slice() {
         [] => format!("{} takes no fields", row.name),

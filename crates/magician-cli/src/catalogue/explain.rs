@@ -12,10 +12,10 @@ use crate::output::Output;
 /// Shows what a command takes, returns and means.
 pub(crate) fn explain(name: &str, context: &mut Context) -> Result<(), Failure> {
     let row = find(name)?;
-    context.show(&Entry::full(row), |out| text(row, out))
+    context.show(&Entry::full(row), |out| write_text(row, out))
 }
 
-fn text(row: &'static Row, out: &mut Output) -> Result<(), Failure> {
+fn write_text(row: &'static Row, out: &mut Output) -> Result<(), Failure> {
     let paint = out.paint;
     out.line(format_args!("{}  id {}", paint.name(row.name), row.id))?;
     for line in wrap(row.doc, out.width()) {
@@ -24,13 +24,15 @@ fn text(row: &'static Row, out: &mut Output) -> Result<(), Failure> {
     out.line("")?;
     facts(row).write(out)?;
     if let Some(query) = row.query.filter(|_| row.value.is_some()) {
-        layout("Parameters of a get", query, out)?;
+        write_layout("Parameters of a get", query, out)?;
     }
     match (row.value, row.set) {
-        (Some(value), Some(set)) if value == set => layout("Value", value, out)?,
+        (Some(value), Some(set)) if value == set => write_layout("Value", value, out)?,
         (value, set) => {
-            value.map_or(Ok(()), |info| layout("Reply to a get", info, out))?;
-            set.map_or(Ok(()), |info| layout("Parameters of a set", info, out))?;
+            value.map_or(Ok(()), |info| write_layout("Reply to a get", info, out))?;
+            set.map_or(Ok(()), |info| {
+                write_layout("Parameters of a set", info, out)
+            })?;
         }
     }
     out.line("")?;
@@ -104,7 +106,7 @@ fn queue(row: &Row) -> &'static str {
     }
 }
 
-fn layout(title: &str, info: &'static LayoutInfo, out: &mut Output) -> Result<(), Failure> {
+fn write_layout(title: &str, info: &'static LayoutInfo, out: &mut Output) -> Result<(), Failure> {
     let size = match (info.size(), info.fields) {
         (_, []) => return out.line(format_args!("\n{}: nothing", out.paint.heading(title))),
         (Some(1), _) => "1 byte".to_owned(),
@@ -118,7 +120,7 @@ fn layout(title: &str, info: &'static LayoutInfo, out: &mut Output) -> Result<()
     out.line(format_args!("\n{}, {size}", out.paint.heading(title)))?;
     let mut columns = Columns::indented(2);
     for field in info.fields {
-        member(field, &mut columns);
+        add_field_row(field, &mut columns);
     }
     columns.write(out)?;
     for form in info.forms {
@@ -130,7 +132,7 @@ fn layout(title: &str, info: &'static LayoutInfo, out: &mut Output) -> Result<()
     Ok(())
 }
 
-fn member(field: &'static Field, columns: &mut Columns) {
+fn add_field_row(field: &'static Field, columns: &mut Columns) {
     let unit = match field.unit {
         "flag" | "enum" | "text" | "bytes" => "",
         unit => unit,

@@ -45,10 +45,10 @@ impl Config {
     /// Reads the settings file of this user.
     pub(crate) fn load() -> Result<Self, Failure> {
         let file = SettingsFile::load().map_err(|error| Failure::invalid(error.to_string()))?;
-        Self::of(file)
+        Self::from_file(file)
     }
 
-    fn of(file: SettingsFile) -> Result<Self, Failure> {
+    fn from_file(file: SettingsFile) -> Result<Self, Failure> {
         let (values, arms) = check(file.text()).map_err(|problem| {
             let name = file.path().unwrap_or(Path::new("config.toml"));
             invalid_file(name, file.text(), &problem)
@@ -116,10 +116,10 @@ impl Config {
         // Check the value first: `change` would report an invalid one as a file that cannot be
         // edited, which says less.
         if let Some(edited) = &edited {
-            Self::of(edited.clone())?;
+            Self::from_file(edited.clone())?;
         }
-        let said = value.is_some();
-        self.change(edited, |config| config.arm_value(name).is_some() == said)
+        let is_set = value.is_some();
+        self.change(edited, |config| config.arm_value(name).is_some() == is_set)
     }
 
     /// Returns a numeric setting of the file, whose syntax was checked when the file was loaded.
@@ -134,8 +134,8 @@ impl Config {
 
     /// Returns a list of texts from the file; empty if it is not set.
     pub(crate) fn list(&self, name: &str) -> Vec<String> {
-        let said = self.file_value(name).unwrap_or_default();
-        list(said).map(str::to_owned).collect()
+        let text = self.file_value(name).unwrap_or_default();
+        list(text).map(str::to_owned).collect()
     }
 
     /// Returns a laser power from the file.
@@ -185,7 +185,9 @@ impl Config {
         edited: Option<SettingsFile>,
         is_right: impl Fn(&Self) -> bool,
     ) -> Result<(), Failure> {
-        let edited = edited.and_then(|file| Self::of(file).ok()).filter(is_right);
+        let edited = edited
+            .and_then(|file| Self::from_file(file).ok())
+            .filter(is_right);
         let file = edited.as_ref().map(|config| config.file.clone());
         self.file.change(file).map_err(|error| {
             let hint = match error {

@@ -133,24 +133,24 @@ impl Context {
         })
     }
 
-    fn disconnect_after(&mut self, well: bool) {
+    fn disconnect_after(&mut self, succeeded: bool) {
         let (Some(connected), Some(runtime)) = (self.connected.take(), &self.runtime) else {
             return;
         };
         let (arm, laser) = (connected.arm.clone(), connected.untracked.laser);
-        if well {
+        if succeeded {
             note_running_motors(&arm, self.global.station.is_some());
         }
         runtime.block_on(async {
-            let dark = match laser {
-                _ if !well => None,
+            let laser_off = match laser {
+                _ if !succeeded => None,
                 Some(BurnEnd::UntilSwitchedOff) => Some(Ok(())),
                 Some(BurnEnd::WhileConnected) => Some(arm.laser().switch_off().await),
                 None => Some(arm.laser().switch_off_after().await),
             };
             // If the arm did not confirm that the laser is off, do not detach the connection:
             // closing it then switches the laser off once more.
-            if let Some(Ok(())) = dark {
+            if let Some(Ok(())) = laser_off {
                 arm.detach();
             }
             drop(arm);
@@ -261,8 +261,8 @@ impl Context {
     async fn stop_for_station(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_end) || !self.saved.is_empty();
-        let (message, again) = self.stop_arm(needs_stop, STATION_ENDED, signals).await;
-        Failure::new(kind_of_stop(true, again), message)
+        let (message, signalled) = self.stop_arm(needs_stop, STATION_ENDED, signals).await;
+        Failure::new(kind_of_stop(true, signalled), message)
     }
 
     /// Stops the arm if `needs_stop`, and ends the connection. Returns the message for the user and
@@ -274,7 +274,7 @@ impl Context {
         cause: &str,
         signals: &mut Signals,
     ) -> (String, bool) {
-        let mut again = false;
+        let mut signalled = false;
         let outcome = match &self.connected {
             Some(open) if needs_stop => {
                 let arm = &open.arm;
@@ -289,7 +289,7 @@ impl Context {
                 let ended = match ended {
                     Some(ended) => ended,
                     None => {
-                        again = true;
+                        signalled = true;
                         stop_again(arm, &self.saved).await
                     }
                 };
@@ -300,7 +300,7 @@ impl Context {
         };
         self.saved.leave();
         self.disconnect_after_stop(outcome.is_ok()).await;
-        (outcome.unwrap_or_else(|message| message), again)
+        (outcome.unwrap_or_else(|message| message), signalled)
     }
 
     /// Closes the connection after an interruption. A shell keeps it if the arm stands.

@@ -30,7 +30,7 @@ pub(super) fn survive_file_limit() -> io::Result<()> {
 /// True if SIGHUP is ignored, as in a program started by `nohup`.
 fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status");
-    let told = status.ok().and_then(|status| ignores(&status, SIGHUP));
+    let ignored = status.ok().and_then(|status| ignores(&status, SIGHUP));
     // Without `/proc`, assume that a process with no terminal on its three standard streams was
     // started to outlive its terminal.
     let terminals = [
@@ -38,14 +38,14 @@ fn hangup_is_ignored() -> bool {
         io::stdout().is_terminal(),
         io::stderr().is_terminal(),
     ];
-    told.unwrap_or(!terminals.contains(&true))
+    ignored.unwrap_or(!terminals.contains(&true))
 }
 
 /// True if the parent process set this signal to be ignored; false if unknown.
 pub(super) fn is_ignored(signal: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status");
-    let told = status.ok().and_then(|status| ignores(&status, signal));
-    told.unwrap_or(false)
+    let ignored = status.ok().and_then(|status| ignores(&status, signal));
+    ignored.unwrap_or(false)
 }
 
 /// True if the signal is in the mask of ignored signals; `None` if the text has no such mask.
@@ -92,10 +92,10 @@ impl Signals {
                 None => pending().await,
             }
         };
-        let [quit, spent] = &mut self.quit;
+        let [quit, cpu_limit] = &mut self.quit;
         tokio::select! {
             _ = quit.recv() => Signal::Terminate,
-            _ = spent.recv() => Signal::Terminate,
+            _ = cpu_limit.recv() => Signal::Terminate,
             _ = self.interrupt.recv() => Signal::Interrupt,
             _ = self.terminate.recv() => Signal::Terminate,
             _ = wait_for_hangup => Signal::HangUp,
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mask_of_ignored_signals_tells_of_nohup() {
+    fn ignored_signal_mask_reports_nohup() {
         let status =
             |mask: &str| format!("Name:\tmagician\nSigBlk:\t0\nSigIgn:\t{mask}\nSigCgt:\t1\n");
         assert_eq!(ignores(&status("0000000000001001"), SIGHUP), Some(true));

@@ -110,7 +110,7 @@ fn key_lines(key: &str, what: &str, room: usize, theme: Theme) -> Vec<Line<'stat
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terminal::test::{screen, shows};
+    use crate::terminal::test::{assert_shows, screen};
 
     #[test]
     fn arrows_cycle_through_pages_and_other_keys_close() {
@@ -121,15 +121,15 @@ mod tests {
             })
         };
         let first = Help::default();
-        shows(&drawn(first, 12), &["? closes"]);
-        shows(&drawn(first, 7), &["page 1 of 2: arrows turn pages"]);
+        assert_shows(&drawn(first, 12), &["? closes"]);
+        assert_shows(&drawn(first, 7), &["page 1 of 2: arrows turn pages"]);
         let second = first.after(KeyCode::Down).unwrap();
-        shows(&drawn(second, 7), &["page 2 of 2"]);
+        assert_shows(&drawn(second, 7), &["page 2 of 2"]);
         assert_eq!(
             drawn(first.after(KeyCode::Up).unwrap(), 7),
             drawn(second, 7)
         );
-        shows(
+        assert_shows(
             &drawn(second.after(KeyCode::PageDown).unwrap(), 7),
             &["1 of"],
         );

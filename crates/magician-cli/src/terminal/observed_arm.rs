@@ -23,25 +23,25 @@ pub(crate) struct ObservedArm {
     /// State derived from its readings.
     pub(crate) arm: ObservedState,
     /// Capacity of the command queue.
-    pub(crate) places: u32,
+    pub(crate) queue_capacity: u32,
     /// Log: seconds since the beginning and text, newest last.
     pub(crate) log: VecDeque<(f64, String)>,
     begun: Instant,
 }
 
 impl ObservedArm {
-    pub(crate) fn new(title: String, places: u32) -> Self {
+    pub(crate) fn new(title: String, queue_capacity: u32) -> Self {
         Self {
             title,
             arm: ObservedState::default(),
-            places,
+            queue_capacity,
             log: VecDeque::new(),
             begun: Instant::now(),
         }
     }
 
     /// Sets the number of readings a second.
-    pub(crate) fn reading(mut self, rate: f64) -> Self {
+    pub(crate) fn with_reading_rate(mut self, rate: f64) -> Self {
         self.arm = self.arm.with_rate(rate);
         self
     }
@@ -132,14 +132,19 @@ fn bar(name: &str, value: f64, range: Range, width: u16, theme: Theme) -> Line<'
 }
 
 /// Formats values as a row of bars, newest at the right. The scale ends at the largest value shown,
-/// or at `least` if that is larger.
-pub(crate) fn sparkline(values: &[f64], width: usize, least: f64, style: Style) -> Span<'static> {
+/// or at `min_scale` if that is larger.
+pub(crate) fn sparkline(
+    values: &[f64],
+    width: usize,
+    min_scale: f64,
+    style: Style,
+) -> Span<'static> {
     const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let shown = &values[values.len().saturating_sub(width)..];
-    let most = shown.iter().copied().fold(least, f64::max);
+    let scale = shown.iter().copied().fold(min_scale, f64::max);
     let mut text = " ".repeat(width - shown.len());
     text.extend(shown.iter().map(|value| {
-        let level = (value / most * 8.0).ceil();
+        let level = (value / scale * 8.0).ceil();
         match level as usize {
             0 => ' ',
             level => BARS[level.min(8) - 1],

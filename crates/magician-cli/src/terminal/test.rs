@@ -28,7 +28,7 @@ pub(crate) fn screen(width: u16, height: u16, draw: impl FnOnce(&mut Frame<'_>))
 
 /// Asserts that each of these texts occurs in a line.
 #[track_caller]
-pub(crate) fn shows(screen: &[String], wanted: &[&str]) {
+pub(crate) fn assert_shows(screen: &[String], wanted: &[&str]) {
     for text in wanted {
         let found = screen.iter().any(|line| line.contains(text));
         assert!(found, "no {text:?} in\n{}", screen.join("\n"));
@@ -36,7 +36,7 @@ pub(crate) fn shows(screen: &[String], wanted: &[&str]) {
 }
 
 /// True if a sentence can be read, in one line or continued in the lines below.
-pub(crate) fn reads(screen: &[String], sentence: &str) -> bool {
+pub(crate) fn contains_sentence(screen: &[String], sentence: &str) -> bool {
     let lines: Vec<Vec<char>> = screen.iter().map(|line| line.chars().collect()).collect();
     let words: Vec<&str> = sentence.split_whitespace().collect();
     let Some(first) = words.first() else {
@@ -67,17 +67,17 @@ fn is_readable_from(lines: &[Vec<char>], column: usize, words: &[&str]) -> bool 
     }
     let panel = line.iter().take(column).rposition(|sign| *sign == '│');
     let panel = panel.map_or(0, |border| border + 1);
-    let goes_on = || {
+    let continues = || {
         [column, panel]
             .iter()
             .any(|at| is_readable_from(&lines[1..], *at, left))
     };
-    left.is_empty() || (left.len() < words.len() && goes_on())
+    left.is_empty() || (left.len() < words.len() && continues())
 }
 
 /// Asserts that no panel is cut or covered by another.
 #[track_caller]
-pub(crate) fn whole_panels(screen: &[String]) {
+pub(crate) fn assert_panels_whole(screen: &[String]) {
     let cells: Vec<Vec<char>> = screen.iter().map(|line| line.chars().collect()).collect();
     let mut ends = [0; 4];
     for (row, line) in cells.iter().enumerate() {

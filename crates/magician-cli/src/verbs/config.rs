@@ -8,7 +8,7 @@ use crate::config::{Config, KEYS, Key, Source, arms, suggestion};
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Terminal width from which the list shows the meanings too, in columns.
+/// Smallest terminal width, in columns, at which the list also shows what each setting means.
 const WIDE_LIST_WIDTH: usize = 120;
 
 /// Show or change settings: defaults of options, named arms
@@ -176,7 +176,7 @@ fn show_all(context: &mut Context) -> Result<(), Failure> {
     };
     context.show(&all, |out| {
         let mut columns = Columns::default();
-        let roomy = out.width() >= WIDE_LIST_WIDTH;
+        let is_wide = out.width() >= WIDE_LIST_WIDTH;
         for (key, setting) in KEYS.iter().zip(&all.settings) {
             let source = match (setting.source, key.variable) {
                 (Source::Environment, Some(variable)) => variable,
@@ -184,7 +184,7 @@ fn show_all(context: &mut Context) -> Result<(), Failure> {
                 _ => "default",
             };
             let value = setting.value.as_deref().unwrap_or(key.default);
-            if roomy {
+            if is_wide {
                 columns.row([key.name, value, source, key.about])
             } else {
                 columns.row([key.name, value, source])
@@ -192,7 +192,7 @@ fn show_all(context: &mut Context) -> Result<(), Failure> {
         }
         for setting in all.settings.iter().skip(KEYS.len()) {
             let value = setting.value.as_deref().unwrap_or_default();
-            if roomy {
+            if is_wide {
                 columns.row([setting.key.as_str(), value, "file", ""])
             } else {
                 columns.row([setting.key.as_str(), value, "file"])

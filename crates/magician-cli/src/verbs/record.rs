@@ -84,10 +84,11 @@ impl Record {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         check(&self.file, self.law, context)?;
         let json = context.global.json;
-        let summary =
-            context.until_signal(REAL_TIME_ARM, SignalPolicy::Record, async |arm, _, over| {
-                self.record(arm, json, over).await
-            })?;
+        let summary = context.until_signal(
+            REAL_TIME_ARM,
+            SignalPolicy::Record,
+            async |arm, _, ended| self.record(arm, json, ended).await,
+        )?;
         show(&summary, self.law, context)
     }
 
@@ -95,7 +96,7 @@ impl Record {
         &self,
         arm: &Arm,
         json: bool,
-        over: Pin<&mut dyn Future<Output = ()>>,
+        ended: Pin<&mut dyn Future<Output = ()>>,
     ) -> Result<Summary, Failure> {
         let options = Options {
             tolerance: self.tolerance,
@@ -103,16 +104,16 @@ impl Record {
             ..Options::new(SystemTime::now(), self.rate)
         };
         let mut recorder = Recorder::begin(arm, &self.file, options).await?;
-        let mut live = ProgressLine::begin(json, &self.file, self.lasting.is_some());
+        let mut progress_line = ProgressLine::begin(json, &self.file, self.lasting.is_some());
         let time = async {
             match self.lasting {
-                Some(lasting) => sleep(lasting).await,
+                Some(duration) => sleep(duration).await,
                 None => std::future::pending().await,
             }
         };
         let end = async {
             tokio::select! {
-                () = over => {}
+                () = ended => {}
                 () = time => {}
             }
         };
@@ -124,10 +125,10 @@ impl Record {
                 biased;
                 () = &mut end => break,
                 error = recorder.failed() => return Err(error.into()),
-                _ = frames.tick() => live.show(&recorder.progress()),
+                _ = frames.tick() => progress_line.show(&recorder.progress()),
             }
         }
-        drop(live);
+        drop(progress_line);
         Ok(recorder.finish().await?)
     }
 }
@@ -192,45 +193,45 @@ fn in_words(summary: &Summary) -> String {
 
 /// Progress on a line of stderr that is rewritten in place.
 struct ProgressLine {
-    on: bool,
+    is_visible: bool,
     width: usize,
 }
 
 impl ProgressLine {
     fn begin(json: bool, file: &std::path::Path, timed: bool) -> Self {
         let stderr = io::stderr();
-        let on = !json && stderr.is_terminal() && is_terminal_with_escapes(&stderr);
+        let is_visible = !json && stderr.is_terminal() && is_terminal_with_escapes(&stderr);
         if !json {
             let end = if timed { "" } else { "; Ctrl-C ends it" };
             print_stderr(format_args!("recording {}{end}", file.display()));
         }
         Self {
-            on,
+            is_visible,
             width: width_of_stderr() - 1,
         }
     }
 
-    fn show(&mut self, tally: &RecordingProgress) {
-        if !self.on {
+    fn show(&mut self, progress: &RecordingProgress) {
+        if !self.is_visible {
             return;
         }
-        let line: String = line(tally).chars().take(self.width).collect();
+        let line: String = line(progress).chars().take(self.width).collect();
         let _ = write!(io::stderr(), "\r{line}\x1b[K");
     }
 }
 
 impl Drop for ProgressLine {
     fn drop(&mut self) {
-        if self.on {
+        if self.is_visible {
             let _ = write!(io::stderr(), "\r\x1b[K");
         }
     }
 }
 
 /// Formats the progress in less than 80 columns.
-fn line(tally: &RecordingProgress) -> String {
-    let [x, y, z, r] = tally.pose;
-    let time = match tally.seconds {
+fn line(progress: &RecordingProgress) -> String {
+    let [x, y, z, r] = progress.pose;
+    let time = match progress.seconds {
         long if long >= 600.0 => format!(
             "{:.0}:{:02.0} min",
             (long / 60.0).floor(),
@@ -240,6 +241,6 @@ fn line(tally: &RecordingProgress) -> String {
     };
     format!(
         "{time}  {} readings  x{x:8.2} y{y:8.2} z{z:8.2} r{r:7.1} {:6.1} mm/s",
-        tally.readings, tally.speed
+        progress.readings, progress.speed
     )
 }

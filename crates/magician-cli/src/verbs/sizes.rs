@@ -3,7 +3,7 @@
 use ratatui::crossterm::event::KeyCode;
 
 use crate::terminal::Help;
-use crate::terminal::test::{Example, reads, whole_panels};
+use crate::terminal::test::{Example, assert_panels_whole, contains_sentence};
 
 const SIZES: [(u16, u16); 3] = [(60, 20), (80, 24), (120, 40)];
 
@@ -25,7 +25,10 @@ fn essential_text_is_readable_at_every_size() {
     for example in all() {
         for (width, height) in SIZES {
             let screen = example.screen(width, height, None);
-            let unread = example.needs.iter().filter(|need| !reads(&screen, need));
+            let unread = example
+                .needs
+                .iter()
+                .filter(|need| !contains_sentence(&screen, need));
             let unread: Vec<_> = unread.collect();
             if !unread.is_empty() {
                 let (name, text) = (example.name, screen.join("\n"));
@@ -33,7 +36,7 @@ fn essential_text_is_readable_at_every_size() {
                     "{name} at {width}x{height}: no {unread:?} in\n{text}"
                 ));
             }
-            whole_panels(&screen);
+            assert_panels_whole(&screen);
         }
     }
     assert!(missing.is_empty(), "{}", missing.join("\n\n"));
@@ -58,7 +61,7 @@ fn the_list_of_keys_is_complete_at_every_size() {
                     let beside = page.iter().any(|line| {
                         line.contains(key.trim()) && line.contains(what.split(' ').next().unwrap())
                     });
-                    beside && reads(page, what)
+                    beside && contains_sentence(page, what)
                 };
                 let name = example.name;
                 let text = || pages.iter().map(|page| page.join("\n")).collect::<Vec<_>>();

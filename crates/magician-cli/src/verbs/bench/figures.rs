@@ -204,7 +204,7 @@ impl Figures {
         self.line_baud.is_some()
     }
 
-    pub(super) fn drawn(&mut self, drawn: bool) {
+    pub(super) fn set_drawing_allowed(&mut self, drawn: bool) {
         self.drawn = drawn;
     }
 
@@ -325,7 +325,7 @@ impl Figures {
         });
     }
 
-    pub(super) fn added(&mut self, added: &Option<AddedFigures>) {
+    pub(super) fn set_driver_latency(&mut self, added: &Option<AddedFigures>) {
         self.h7 = *added;
     }
 }

@@ -125,10 +125,11 @@ impl Bench {
             figures.stops(&stops?);
         }
         if self.includes(Measurement::H7) {
-            let added = context.run_with_own_line(async |_| reads::added(quiet).await)?;
-            figures.added(&added);
+            let added =
+                context.run_with_own_line(async |_| reads::measure_driver_latency(quiet).await)?;
+            figures.set_driver_latency(&added);
         }
-        figures.drawn(allowed);
+        figures.set_drawing_allowed(allowed);
         context.show(&figures, |out| show::write(&figures, out))
     }
 }

@@ -40,7 +40,7 @@ pub(super) async fn measure(
 
 /// Measures the latency that the driver adds to a round trip.
 #[cfg(unix)]
-pub(super) async fn added(quiet: bool) -> Result<Option<AddedFigures>, Failure> {
+pub(super) async fn measure_driver_latency(quiet: bool) -> Result<Option<AddedFigures>, Failure> {
     /// Enough samples for a 99th percentile.
     const LATENCY_SAMPLES: usize = 5000;
     let bar = Bar::begin(quiet, "round trips", LATENCY_SAMPLES as u64);
@@ -54,6 +54,6 @@ pub(super) async fn added(quiet: bool) -> Result<Option<AddedFigures>, Failure> 
 
 /// Not measured: there are no pseudo-terminals on this system.
 #[cfg(not(unix))]
-pub(super) async fn added(_: bool) -> Result<Option<AddedFigures>, Failure> {
+pub(super) async fn measure_driver_latency(_: bool) -> Result<Option<AddedFigures>, Failure> {
     Ok(None)
 }

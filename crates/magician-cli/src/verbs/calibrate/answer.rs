@@ -24,10 +24,10 @@ pub(super) struct CalibrationReport {
     /// Height of a level surface, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<f64>,
-    /// Offset of the tip from where the bias in force puts it, mm.
+    /// Offset of the tip from its position according to the bias in force, mm: ahead and left.
     #[serde(skip_serializing_if = "Option::is_none")]
     offset: Option<[f64; 2]>,
-    /// Tool that touched the points; for a calibrated tool its bias.
+    /// Tool that touched the points. After the calibration of a tool: its new bias.
     tool: String,
     pub(super) saved: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -35,7 +35,7 @@ pub(super) struct CalibrationReport {
     /// True if the bias was set on the arm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) told: Option<bool>,
-    /// Earlier calibrations that were touched with the old bias and must be repeated.
+    /// Saved calibrations that were made with the old bias and must be repeated.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) stale: Vec<&'static str>,
     /// True if a saved height has no effect, because the saved sheet has its own.
@@ -47,7 +47,7 @@ pub(super) struct CalibrationReport {
 
 impl CalibrationReport {
     pub(super) fn new(found: &CalibrationResult, tool: Tool) -> Self {
-        let mut answer = Self {
+        let mut report = Self {
             sheet: None,
             tilt: None,
             paper: None,
@@ -63,18 +63,18 @@ impl CalibrationReport {
         };
         match found {
             CalibrationResult::Sheet(sheet) => {
-                answer.sheet = Some(*sheet);
-                answer.tilt = Some((tilt(sheet) * 100.0).round() / 100.0);
-                answer.paper = sheet.size.and_then(Paper::most_similar);
+                report.sheet = Some(*sheet);
+                report.tilt = Some((tilt(sheet) * 100.0).round() / 100.0);
+                report.paper = sheet.size.and_then(Paper::most_similar);
             }
-            CalibrationResult::Surface(height) => answer.surface = Some(*height),
+            CalibrationResult::Surface(height) => report.surface = Some(*height),
             CalibrationResult::Tip(tip) => {
-                answer.offset = Some(tip.offset.map(|part| (part * 1000.0).round() / 1000.0));
-                answer.tool = bias(tip);
-                answer.told = Some(false);
+                report.offset = Some(tip.offset.map(|part| (part * 1000.0).round() / 1000.0));
+                report.tool = bias(tip);
+                report.told = Some(false);
             }
         }
-        answer
+        report
     }
 
     /// Writes the result.
@@ -170,10 +170,10 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
 fn tip_lines(tip: &Tip, tool: Tool) -> Vec<[String; 2]> {
     // Adding 0.0 turns -0.0 into 0.0.
     let [ahead, left] = tip.offset.map(|part| (part * 100.0).round() / 100.0 + 0.0);
-    let off =
+    let offset =
         format!("{ahead:.2} mm ahead and {left:.2} mm to the left of the tip of the tool {tool}");
     vec![
-        ["tip".to_owned(), off],
+        ["tip".to_owned(), offset],
         ["bias".to_owned(), format!("{} mm", bias(tip))],
     ]
 }

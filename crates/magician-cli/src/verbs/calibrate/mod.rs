@@ -135,13 +135,13 @@ fn find(
     subject: Subject,
     given: Option<Vec<Touch>>,
     mounted: TouchingTool,
-    tell: bool,
+    set_on_arm: bool,
     context: &mut Context,
 ) -> Result<(), Failure> {
-    let usual = mounted_tool(&*context.config()?)?;
+    let configured_tool = mounted_tool(&*context.config()?)?;
     let (found, tool, saves) = match given {
         Some(touches) => {
-            let tool = tool_of_points(subject, mounted, usual, context)?;
+            let tool = tool_of_points(subject, mounted, configured_tool, context)?;
             let found = subject.evaluate(&touches, tool).map_err(touch_failure)?;
             let saves = context.global.yes;
             (
@@ -155,9 +155,9 @@ fn find(
             )
         }
         None => {
-            let way = subject.without_terminal_hint();
-            check_interactive(&format!("calibrate {}", subject.name()), way)?;
-            let (outcome, tool) = touch_at_pad(subject, mounted, usual, context)?;
+            let hint = subject.without_terminal_hint();
+            check_interactive(&format!("calibrate {}", subject.name()), hint)?;
+            let (outcome, tool) = touch_at_pad(subject, mounted, configured_tool, context)?;
             let Some(Outcome { found, saves }) = outcome else {
                 let nothing = NoResult { saved: false };
                 return context.show(&nothing, |out| out.line("nothing was saved"));
@@ -173,10 +173,10 @@ fn find(
             )
         }
     };
-    let mut answer = CalibrationReport::new(&found, tool);
+    let mut report = CalibrationReport::new(&found, tool);
     // The result is shown before the question whether to save it.
     if !context.global.json {
-        answer.write(&mut context.out)?;
+        report.write(&mut context.out)?;
         context.out.flush()?;
     }
     let saves = match saves {
@@ -186,28 +186,28 @@ fn find(
     if saves {
         let mut config = Config::load()?;
         found.keep(&mut config)?;
-        answer.saved = true;
+        report.saved = true;
         // Sheet and surface were touched with the old tool.
         if subject == Subject::Tool {
-            answer.stale = ["sheet", "surface"]
+            report.stale = ["sheet", "surface"]
                 .into_iter()
                 .filter(|name| config.file_value(name).is_some())
                 .collect();
         }
-        answer.sheet_counts = subject == Subject::Surface && config.file_value("sheet").is_some();
-        answer.file = config.path().map(|path| path.display().to_string());
+        report.sheet_counts = subject == Subject::Surface && config.file_value("sheet").is_some();
+        report.file = config.path().map(|path| path.display().to_string());
     }
-    if let (CalibrationResult::Tip(tip), true) = (&found, tell) {
+    if let (CalibrationResult::Tip(tip), true) = (&found, set_on_arm) {
         let command = build::tool(tip.bias);
         context.arm(StopPolicy::Order, async |arm, _| {
             Ok(arm.set_any(&command).await?)
         })?;
-        answer.told = Some(true);
+        report.told = Some(true);
     }
     if context.global.json {
-        context.out.json(&answer)
+        context.out.json(&report)
     } else {
-        answer.write_end(subject, &mut context.out)
+        report.write_end(subject, &mut context.out)
     }
 }
 
@@ -254,7 +254,7 @@ fn ask_to_save(json: bool) -> Result<bool, Failure> {
 fn tool_of_points(
     subject: Subject,
     mounted: TouchingTool,
-    usual: Option<Tool>,
+    configured_tool: Option<Tool>,
     context: &mut Context,
 ) -> Result<Tool, Failure> {
     match (mounted.tool, subject) {
@@ -262,7 +262,7 @@ fn tool_of_points(
         (None, Subject::Tool) => context.arm(StopPolicy::Look, async |arm, _| {
             Ok(Tool::from(&arm.get::<EndEffectorParams>().await?))
         }),
-        (None, _) => Ok(usual.unwrap_or(Tool::Pen)),
+        (None, _) => Ok(configured_tool.unwrap_or(Tool::Pen)),
     }
 }
 
@@ -270,7 +270,7 @@ fn tool_of_points(
 fn touch_at_pad(
     subject: Subject,
     mounted: TouchingTool,
-    usual: Option<Tool>,
+    configured_tool: Option<Tool>,
     context: &mut Context,
 ) -> Result<(Option<Outcome>, Tool), Failure> {
     let saved = context.saved.clone();
@@ -278,7 +278,7 @@ fn touch_at_pad(
     let json = context.global.json;
     context.arm_or(REAL_TIME_ARM, StopPolicy::Pad, async |arm, out| {
         let arm = &homed(arm, mounted.unhomed).await?;
-        let tool = tool_in_force(arm, subject, mounted, usual).await?;
+        let tool = tool_in_force(arm, subject, mounted, configured_tool).await?;
         let outcome = session::run(arm, &saved, subject, tool, asks, (out, json)).await?;
         Ok((outcome, tool))
     })
@@ -290,21 +290,21 @@ async fn tool_in_force(
     arm: &Arm,
     subject: Subject,
     mounted: TouchingTool,
-    usual: Option<Tool>,
+    configured_tool: Option<Tool>,
 ) -> Result<Tool, Failure> {
     if let Some(tool) = mounted.tool {
         arm.set_any(&build::tool(tool.bias())).await?;
     }
     let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
-    let draws = usual.unwrap_or(Tool::Pen);
-    let is_other = tool.bias() != draws.bias();
+    let drawing_tool = configured_tool.unwrap_or(Tool::Pen);
+    let is_other = tool.bias() != drawing_tool.bias();
     if is_other && mounted.tool.is_none() && subject != Subject::Tool {
         let message = format!(
-            "the arm's poses are for the tool {tool}, but drawings use the tool {draws}: the \
+            "the arm's poses are for the tool {tool}, but drawings use the tool {drawing_tool}: the \
                 measured position would be wrong"
         );
         return Err(Failure::invalid(message).hint(format!(
-            "--tool {draws} sets it on the arm; `magician config set tool NAME` sets the tool \
+            "--tool {drawing_tool} sets it on the arm; `magician config set tool NAME` sets the tool \
                 that draws"
         )));
     }

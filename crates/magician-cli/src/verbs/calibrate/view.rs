@@ -1,4 +1,4 @@
-//! Picture of a calibration: the points to touch at the left, the arm at the right.
+//! Screen of a calibration in the terminal: the points to touch at the left, the arm at the right.
 
 use magician_motion::TopView;
 use magician_program::Diagnostic;
@@ -49,6 +49,7 @@ const SAVE: [(&str, &str); 3] = [
     ("Bksp", "touch the last one again"),
     ("q", "quit without saving"),
 ];
+
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let Model {
@@ -65,19 +66,19 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let program = format!("calibrate {}", touched.subject.name());
     frame.render_widget(observed.header(&program, header.width, theme), header);
     let left = side_panel(frame, middle, observed, pad, theme);
-    task(frame, left, touched, pad.view, theme);
+    task_panel(frame, left, touched, pad.view, theme);
     frame.render_widget(Paragraph::new(foot), footer);
     if let Some(help) = pad.help {
         help.draw(frame, middle, &KEYS, theme);
     }
 }
 
-fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, theme: Theme) {
+fn task_panel(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, theme: Theme) {
     let block = panel(format!("touch with the tool {}", touched.tool), theme);
     let inner = block.inner(area);
     frame.render_widget(block, area);
-    let points = points(touched, theme);
-    let rows = u16::try_from(points.len()).unwrap_or(u16::MAX);
+    let point_lines = point_lines(touched, theme);
+    let rows = u16::try_from(point_lines.len()).unwrap_or(u16::MAX);
     // The list of points keeps its rows; the text above is cut first.
     let room = inner.height.saturating_sub(rows).min(MAX_CONTENT_ROWS);
     let [above, list] =
@@ -85,15 +86,15 @@ fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, the
     match &touched.result {
         None => instruction_panel(frame, above, touched, view, theme),
         Some(result) => {
-            let lines = outcome(result, touched, above.width, theme);
+            let lines = result_lines(result, touched, above.width, theme);
             frame.render_widget(Paragraph::new(lines), above);
         }
     }
-    frame.render_widget(Paragraph::new(points), list);
+    frame.render_widget(Paragraph::new(point_lines), list);
 }
 
-/// Draws instruction and sketch: below each other, side by side, or the instruction alone, as they
-/// fit.
+/// Draws the instruction with the sketch below it, or beside it if only that fits, or else the
+/// instruction alone.
 fn instruction_panel(
     frame: &mut Frame<'_>,
     area: Rect,
@@ -101,20 +102,22 @@ fn instruction_panel(
     view: TopView,
     theme: Theme,
 ) {
-    let words = |width: u16| -> Vec<Line<'static>> {
+    let instruction = |width: u16| -> Vec<Line<'static>> {
         let lines = wrapped(touched.subject.instruction(), width.into());
         lines.into_iter().map(Line::raw).collect()
     };
     let rows = |lines: &[Line<'_>]| u16::try_from(lines.len()).unwrap_or(u16::MAX);
     let sketch = sketch(touched, view, theme);
-    let wide = sketch.iter().map(Line::width).max().unwrap_or(0);
-    let wide = u16::try_from(wide).unwrap_or(u16::MAX).saturating_add(2);
-    let below = words(area.width);
-    let taken = rows(&below).saturating_add(rows(&sketch));
-    if taken <= area.height && wide <= area.width {
+    let sketch_width = sketch.iter().map(Line::width).max().unwrap_or(0);
+    let sketch_width = u16::try_from(sketch_width)
+        .unwrap_or(u16::MAX)
+        .saturating_add(2);
+    let below = instruction(area.width);
+    let total_rows = rows(&below).saturating_add(rows(&sketch));
+    if total_rows <= area.height && sketch_width <= area.width {
         let [top, _, bottom] = Layout::vertical([
             Constraint::Length(rows(&below)),
-            Constraint::Length((area.height - taken).min(1)),
+            Constraint::Length((area.height - total_rows).min(1)),
             Constraint::Fill(1),
         ])
         .areas(area);
@@ -123,8 +126,8 @@ fn instruction_panel(
         return;
     }
     let [left, right] =
-        Layout::horizontal([Constraint::Length(wide), Constraint::Fill(1)]).areas(area);
-    let beside = words(right.width);
+        Layout::horizontal([Constraint::Length(sketch_width), Constraint::Fill(1)]).areas(area);
+    let beside = instruction(right.width);
     if right.width > 0 && rows(&beside).max(rows(&sketch)) <= area.height {
         frame.render_widget(Paragraph::new(sketch), left);
         frame.render_widget(Paragraph::new(beside), right);
@@ -133,15 +136,15 @@ fn instruction_panel(
     frame.render_widget(Paragraph::new(below), area);
 }
 
-/// Returns the lines about the result.
-fn outcome(
+/// Returns the lines that show the result, or the problem with the touched points.
+fn result_lines(
     result: &Result<CalibrationResult, Diagnostic>,
     touched: &Touched,
     width: u16,
     theme: Theme,
 ) -> Vec<Line<'static>> {
     let mut lines = Vec::new();
-    let said = |text: &str, style: Style| -> Vec<Line<'static>> {
+    let styled_lines = |text: &str, style: Style| -> Vec<Line<'static>> {
         let text = wrapped(text, width.into()).into_iter();
         text.map(|text| Line::styled(text, style)).collect()
     };
@@ -161,34 +164,37 @@ fn outcome(
             }
         }
         Err(problem) => {
-            lines.extend(said(&problem.message, theme.bad()));
+            lines.extend(styled_lines(&problem.message, theme.bad()));
             let advice = problem.advice(&Command).into_iter();
-            lines.extend(advice.flat_map(|advice| said(&advice, Style::new())));
-            lines.extend(said("Backspace undoes the last point.", theme.note()));
+            lines.extend(advice.flat_map(|advice| styled_lines(&advice, Style::new())));
+            lines.extend(styled_lines(
+                "Backspace undoes the last point.",
+                theme.note(),
+            ));
         }
     }
     lines
 }
 
-/// Largest number of rows above the list of points, which the tallest content needs.
+/// Largest number of rows above the list of points: the height of the tallest content.
 const MAX_CONTENT_ROWS: u16 = 12;
 /// Columns of the labels of results.
 const LABEL_WIDTH: usize = 11;
 
 /// Returns the list of points: taken ones with their values, and the next one.
-fn points(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {
+fn point_lines(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {
     let row = |(nth, name): (usize, &&str)| {
-        let (sign, style) = sign(touched, nth, theme);
-        let place = touched.touches.get(nth).map(|touch| touch.pose);
-        let place = match (place, touched.subject) {
+        let (symbol, style) = point_symbol(touched, nth, theme);
+        let position = touched.touches.get(nth).map(|touch| touch.pose);
+        let position = match (position, touched.subject) {
             (Some([x, y, _, r]), Subject::Tool) => format!("x{x:8.2} y{y:8.2} r{r:8.2}"),
             (Some([x, y, z, _]), _) => format!("x{x:8.2} y{y:8.2} z{z:8.2}"),
             (None, _) if nth == touched.touches.len() => "next".to_owned(),
             (None, _) => String::new(),
         };
         Line::from(vec![
-            Span::styled(format!("{sign} {} {name:<12} ", nth + 1), style),
-            Span::raw(place),
+            Span::styled(format!("{symbol} {} {name:<12} ", nth + 1), style),
+            Span::raw(position),
         ])
     };
     let names = touched.subject.points().iter();
@@ -196,7 +202,7 @@ fn points(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {
 }
 
 /// Returns symbol and style of a point: taken, next, or later.
-pub(super) fn sign(touched: &Touched, nth: usize, theme: Theme) -> (&'static str, Style) {
+pub(super) fn point_symbol(touched: &Touched, nth: usize, theme: Theme) -> (&'static str, Style) {
     match nth.cmp(&touched.touches.len()) {
         std::cmp::Ordering::Less => ("●", theme.good()),
         std::cmp::Ordering::Equal => ("▶", theme.key()),

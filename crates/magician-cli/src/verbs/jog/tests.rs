@@ -8,7 +8,7 @@ use magician_program::Grip;
 
 use super::pad::{self, Pad, Question};
 use super::view::{Model, draw};
-use crate::terminal::test::{Example, screen, shows};
+use crate::terminal::test::{Example, assert_shows, screen};
 use crate::terminal::{Help, ObservedArm, Theme};
 
 fn model() -> Model {
@@ -100,7 +100,7 @@ fn picture(model: &Model, width: u16, height: u16) -> Vec<String> {
 #[test]
 fn a_pad_on_a_narrow_and_on_a_wide_terminal() {
     for (width, height) in [(80, 24), (200, 50)] {
-        shows(
+        assert_shows(
             &picture(&model(), width, height),
             &[
                 "magician jog | arm at a port",
@@ -124,11 +124,11 @@ fn a_pad_on_a_narrow_and_on_a_wide_terminal() {
 fn keys_at_the_coordinates_rotate_with_the_view() {
     let mut model = model();
     model.pad.view = model.pad.view.turned();
-    shows(
+    assert_shows(
         &picture(&model, 80, 24),
         &["x    259.10 mm  right left", "y      0.00 mm  up down"],
     );
-    shows(
+    assert_shows(
         &picture(&model, 60, 20),
         &["x   259.10 →←", "y     0.00 ↑↓"],
     );
@@ -144,7 +144,7 @@ fn activity_question_and_refusal_are_shown() {
     model.pad.pendant.activity = Some(Activity::Jog(JogDirection { axis, forward }));
     model.pad.refusal = Some("x+: x would be at 400.0 mm, limit 282.0 mm".to_owned());
     model.pad.question = Some(Question::Home);
-    shows(
+    assert_shows(
         &picture(&model, 80, 24),
         &[
             "moves joints J2 J1 J3 J4  by hold: moves while held",
@@ -155,7 +155,7 @@ fn activity_question_and_refusal_are_shown() {
         ],
     );
     model.pad.help = Some(Help::default());
-    shows(&picture(&model, 80, 24), &["stop all motion"]);
+    assert_shows(&picture(&model, 80, 24), &["stop all motion"]);
 }
 
 #[test]
@@ -167,21 +167,21 @@ fn a_line_that_is_lost_is_seen() {
     if let Some(status) = &mut model.observed.arm.status {
         status.link = link;
     }
-    shows(&picture(&model, 80, 24), &["LINK LOST, reconnecting"]);
+    assert_shows(&picture(&model, 80, 24), &["LINK LOST, reconnecting"]);
 }
 
 #[test]
 fn narrow_terminal_shows_whole_messages_and_the_help_key() {
     let mut model = model();
-    shows(
+    assert_shows(
         &picture(&model, 60, 20),
         &["q quit  space STOP", "? all keys"],
     );
     let long = "x+: joint 2 would be at 91.3 deg, limit 90.0 deg, and this is the end";
     model.pad.say(pad::Tone::Bad, long);
-    shows(&picture(&model, 40, 20), &["and this is the end"]);
+    assert_shows(&picture(&model, 40, 20), &["and this is the end"]);
     model.pad.help = Some(Help::default());
-    shows(
+    assert_shows(
         &picture(&model, 60, 30),
         &["move; hold: it", "moves while held"],
     );

@@ -454,7 +454,7 @@ impl Serve {
         let mut never_shown = None;
         tokio::select! {
             _ = signals.next() => {}
-            closed = window::closed(&station), if self.shown == PageDisplay::InWindow => never_shown = closed.err(),
+            closed = window::wait_until_closed(&station), if self.shown == PageDisplay::InWindow => never_shown = closed.err(),
         }
         let stopping = async {
             // Leaving the site runs in parallel, so that a slow network does not delay the stops.

@@ -25,7 +25,7 @@ use crate::paint::Paint;
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// Checks without an open socket after which the page counts as closed. A reload takes less.
 const CLOSED_CHECKS: u32 = 10;
-/// Checks within which the page must appear first.
+/// Number of checks within which the page must have appeared once.
 const MAX_FIRST_CHECKS: u32 = 60;
 
 /// Chromium-based browsers, which can show a page as an application window, by program name.
@@ -39,14 +39,14 @@ const PROGRAMS: [&str; 7] = [
     "microsoft-edge-stable",
     "brave-browser",
 ];
-/// The same below the folders of programs.
+/// The same as paths below the folders of programs.
 #[cfg(windows)]
 const PROGRAMS: [&str; 3] = [
     r"Microsoft\Edge\Application\msedge.exe",
     r"Google\Chrome\Application\chrome.exe",
     r"BraveSoftware\Brave-Browser\Application\brave.exe",
 ];
-/// The same below the folders of applications.
+/// The same as paths below the folders of applications.
 #[cfg(target_os = "macos")]
 const PROGRAMS: [&str; 4] = [
     "Google Chrome.app/Contents/MacOS/Google Chrome",
@@ -62,8 +62,8 @@ fn folders() -> Vec<PathBuf> {
         let names = ["ProgramFiles(x86)", "ProgramFiles", "LOCALAPPDATA"];
         names.into_iter().filter_map(from).collect()
     } else if cfg!(target_os = "macos") {
-        let own = from("HOME").map(|home| home.join("Applications"));
-        [Some(PathBuf::from("/Applications")), own]
+        let user_folder = from("HOME").map(|home| home.join("Applications"));
+        [Some(PathBuf::from("/Applications")), user_folder]
             .into_iter()
             .flatten()
             .collect()
@@ -78,13 +78,13 @@ fn browser(folders: &[PathBuf]) -> Option<PathBuf> {
     PROGRAMS
         .iter()
         .flat_map(in_folders)
-        .find(|place| place.is_file())
+        .find(|path| path.is_file())
 }
 
 /// Returns the profile folder for the window. Separate from the user's own profile, which would
 /// show the page as a tab.
 fn profile(browser: &Path) -> Option<PathBuf> {
-    // A browser installed as a snap may write nowhere else.
+    // A browser installed as a snap may write only below its own folder.
     if fs::canonicalize(browser).is_ok_and(|real| real.starts_with("/snap"))
         || browser.starts_with("/snap")
     {
@@ -100,21 +100,24 @@ fn profile(browser: &Path) -> Option<PathBuf> {
 /// # Errors
 /// [`io::Error`] if no browser starts.
 pub(super) fn open(url: &str) -> io::Result<()> {
-    let own = browser(&folders()).and_then(|browser| Some((profile(&browser)?, browser)));
-    let Some((profile, browser)) = own else {
+    let found = browser(&folders()).and_then(|browser| Some((profile(&browser)?, browser)));
+    let Some((profile, browser)) = found else {
         return open_in_browser(url);
     };
-    let mut profile_word = OsString::from("--user-data-dir=");
-    profile_word.push(&profile);
+    let mut profile_argument = OsString::from("--user-data-dir=");
+    profile_argument.push(&profile);
     let mut window = Command::new(browser);
     // `--app` shows no tabs or address bar. The other options suppress questions of a fresh
     // profile, and give the window a size and a name.
-    window.arg(format!("--app={url}")).arg(profile_word).args([
-        "--no-first-run",
-        "--no-default-browser-check",
-        "--window-size=1280,860",
-        "--class=magician-studio",
-    ]);
+    window
+        .arg(format!("--app={url}"))
+        .arg(profile_argument)
+        .args([
+            "--no-first-run",
+            "--no-default-browser-check",
+            "--window-size=1280,860",
+            "--class=magician-studio",
+        ]);
     start(&mut window).or_else(|_| open_in_browser(url))
 }
 
@@ -157,7 +160,7 @@ pub(crate) fn is_started_by_hand() -> bool {
         has_screen(|name| env::var_os(name).is_some_and(|value| !value.is_empty())) && {
             streams.into_iter()
         }
-        .all(|(terminal, path)| !terminal && !is_read(path))
+        .all(|(terminal, path)| !terminal && !is_file_or_pipe(path))
     }
 }
 
@@ -169,12 +172,12 @@ fn has_screen(is_set: impl Fn(&str) -> bool) -> bool {
 
 /// True if a standard stream is a file or a pipe, as in a program started by a script.
 #[cfg(not(windows))]
-fn is_read(stream: &str) -> bool {
+fn is_file_or_pipe(stream: &str) -> bool {
     use std::os::unix::fs::FileTypeExt;
     fs::metadata(stream).is_ok_and(|stream| stream.is_file() || stream.file_type().is_fifo())
 }
 
-/// Shows the reason why there is no studio in a window, for users without a terminal.
+/// Shows in the browser why the studio did not start, for users without a terminal.
 pub(super) fn show_failure(failure: &Failure) {
     let Some(folder) = dirs::state() else { return };
     let path = folder.join("studio-window.html");
@@ -190,39 +193,39 @@ fn failure_page(failure: &Failure) -> String {
     // Writing to memory cannot fail.
     let _ = failure.write_text(&mut text, Paint::plain());
     let text = String::from_utf8_lossy(&text);
-    let harmless = markup(text);
+    let escaped = markup(text);
     format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>The studio did not start</title>\
          <style>:root{{color-scheme:light dark}}body{{font:1.1rem/1.5 system-ui;max-width:40rem;margin:4rem auto;padding:0 1rem}}\
-         pre{{white-space:pre-wrap}}</style><h1>The studio did not start</h1><pre>{harmless}</pre>\
+         pre{{white-space:pre-wrap}}</style><h1>The studio did not start</h1><pre>{escaped}</pre>\
          <p>Fix the problem and start it again. Nothing has moved.</p></html>\n"
     )
 }
 
-/// Counts the checks without an open socket. `visits` is the total number of sockets so far: a page
-/// may come and go between two checks.
+/// Counts the consecutive checks without an open socket. `visits` is the number of sockets opened
+/// so far; it reveals a page that was opened and closed between two checks.
 #[derive(Debug, Default)]
 struct PageVisits {
     visits: u64,
-    empty: u32,
+    empty_checks: u32,
 }
 
 impl PageVisits {
     /// Returns true if the page was closed. Fails if it never appeared.
     fn note_check(&mut self, sockets: usize, visits: u64) -> Result<bool, Failure> {
         if sockets > 0 || visits > self.visits {
-            (self.visits, self.empty) = (visits, 0);
+            (self.visits, self.empty_checks) = (visits, 0);
             return Ok(false);
         }
-        self.empty += 1;
-        if visits == 0 && self.empty >= MAX_FIRST_CHECKS {
+        self.empty_checks += 1;
+        if visits == 0 && self.empty_checks >= MAX_FIRST_CHECKS {
             let message = "no browser showed the studio within a minute";
             return Err(Failure::new(
                 Kind::Driver(magician::ErrorKind::Timeout),
                 message,
             ));
         }
-        Ok(visits > 0 && self.empty >= CLOSED_CHECKS)
+        Ok(visits > 0 && self.empty_checks >= CLOSED_CHECKS)
     }
 }
 
@@ -230,7 +233,7 @@ impl PageVisits {
 ///
 /// # Errors
 /// [`Failure`] if the page never appeared.
-pub(super) async fn closed(station: &RunningStation) -> Result<(), Failure> {
+pub(super) async fn wait_until_closed(station: &RunningStation) -> Result<(), Failure> {
     let (mut visits, mut checks) = (PageVisits::default(), interval(CHECK_INTERVAL));
     loop {
         checks.tick().await;
@@ -293,10 +296,10 @@ mod tests {
         let folders = [folder.path().join("none"), folder.path().to_owned()];
         assert_eq!(browser(&folders), None);
         for name in [PROGRAMS[2], PROGRAMS[1]] {
-            let place = folder.path().join(name);
-            fs::create_dir_all(place.parent().unwrap()).unwrap();
-            fs::write(&place, "").unwrap();
-            assert_eq!(browser(&folders), Some(place));
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(&path, "").unwrap();
+            assert_eq!(browser(&folders), Some(path));
         }
     }
 
@@ -306,8 +309,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("log");
         fs::write(&file, "").unwrap();
-        assert!(is_read(&file.to_string_lossy()));
-        assert!(!is_read("/dev/null"));
+        assert!(is_file_or_pipe(&file.to_string_lossy()));
+        assert!(!is_file_or_pipe("/dev/null"));
         if !cfg!(target_os = "macos") {
             assert!(!has_screen(|_| false));
         }
@@ -315,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_cannot_bring_its_own_page() {
+    fn failure_text_is_escaped_in_the_page() {
         let failure = Failure::invalid("no port <script>alert(1)</script> & more");
         let page = failure_page(&failure);
         assert!(page.contains("no port &lt;script&gt;alert(1)&lt;/script&gt; &amp; more"));

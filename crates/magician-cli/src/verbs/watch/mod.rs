@@ -135,7 +135,7 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
 /// Shows the picture until a key ends it.
 async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
     let (_, places) = arm.stats().await?;
-    let observed = ObservedArm::new(title(arm).await?, places).reading(rate);
+    let observed = ObservedArm::new(title(arm).await?, places).with_reading_rate(rate);
     let mut model = Model::new(observed);
     let on_rail = arm.get::<DeviceWithL>().await;
     let mut rail = on_rail

@@ -244,7 +244,7 @@ pub(in crate::verbs) fn queue_panel(
     let width = usize::from(block.inner(area).width);
     let mut lines = Vec::new();
     if let Some(status) = &observed.arm.status {
-        let places = observed.places.max(1);
+        let places = observed.queue_capacity.max(1);
         let taken = places.saturating_sub(status.left_space);
         let figures = format!(" {taken}/{places}, done {}", status.current.0);
         let bar = width.saturating_sub(figures.len());

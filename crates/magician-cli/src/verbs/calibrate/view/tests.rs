@@ -5,7 +5,7 @@ use magician_program::Tool;
 use super::super::subject::Touch;
 use super::*;
 use crate::terminal::ObservedArm;
-use crate::terminal::test::{Example, screen, shows, status};
+use crate::terminal::test::{Example, assert_shows, screen, status};
 use crate::verbs::jog::Pad;
 use magician_job::jog::{Pendant, ToolState};
 
@@ -133,11 +133,11 @@ fn sketch_marks_the_next_corner() {
     for (width, height) in [(80, 24), (200, 50)] {
         let model = model(Subject::Sheet, &[[180.0, -60.0, -61.0, 0.0]]);
         let screen = drawn(&model, width, height);
-        shows(
+        assert_shows(
             &screen,
             &["touch with the tool pen", "3○────", "────●1", "┌────", "▶2"],
         );
-        shows(
+        assert_shows(
             &screen,
             &["x  180.00 y  -60.00 z  -61.00", "Enter take the point"],
         );
@@ -156,8 +156,8 @@ fn sketch_is_oriented_like_the_keys() {
     ] {
         for (width, height) in [(60, 20), (80, 24)] {
             let screen = drawn(&model, width, height);
-            shows(&screen, &corners);
-            shows(&screen, &axes);
+            assert_shows(&screen, &corners);
+            assert_shows(&screen, &axes);
         }
         model.pad.view = model.pad.view.turned();
     }
@@ -171,7 +171,7 @@ fn result_is_shown_before_saving() {
         [150.0, 105.6, -61.0, 0.0],
     ];
     let screen = drawn(&model(Subject::Sheet, &touches), 80, 24);
-    shows(
+    assert_shows(
         &screen,
         &[
             "looks like A4, landscape, 0.6 mm off",
@@ -185,7 +185,7 @@ fn result_is_shown_before_saving() {
         [200.0, 80.0, 70.0, 0.0],
     ];
     let screen = drawn(&model(Subject::Sheet, &steep), 80, 24);
-    shows(
+    assert_shows(
         &screen,
         &[
             "the surface is tilted by 41.2 deg",
@@ -197,7 +197,7 @@ fn result_is_shown_before_saving() {
 #[test]
 fn a_tool_is_touched_twice() {
     let screen = drawn(&model(Subject::Tool, &[[230.0, 40.0, -60.0, 10.0]]), 80, 24);
-    shows(
+    assert_shows(
         &screen,
         &["turned by J4", "● 1 the point", "r   10.00", "▶ 2 turned"],
     );

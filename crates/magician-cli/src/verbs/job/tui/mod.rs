@@ -58,7 +58,7 @@ pub(super) enum ScreenInput {
 impl Screen {
     pub(super) async fn open(arm: &Arm, drive: &JobRun<'_>) -> Result<Self, Failure> {
         let (_, places) = arm.stats().await?;
-        let observed = ObservedArm::new(title(arm).await?, places).reading(STATE_RATE);
+        let observed = ObservedArm::new(title(arm).await?, places).with_reading_rate(STATE_RATE);
         let made = drive.made;
         let program = &made.prepared.program;
         let start = arm.preflight_for(&program.kinds()).await?;

@@ -2,7 +2,7 @@
 
 use super::super::pad::Prompt;
 use super::*;
-use crate::terminal::test::{Example, screen, shows, status};
+use crate::terminal::test::{Example, assert_shows, screen, status};
 use magician_job::jog::{Pendant, ToolState};
 use magician_job::teach::ProgramModel;
 
@@ -102,7 +102,7 @@ fn picture(model: &Model, width: u16, height: u16) -> Vec<String> {
 fn the_list_at_the_left_and_the_arm_at_the_right() {
     for (width, height) in [(80, 24), (200, 50)] {
         let picture = picture(&model(), width, height);
-        shows(
+        assert_shows(
             &picture,
             &[
                 "magician teach | arm at a port",
@@ -125,9 +125,9 @@ fn the_list_at_the_left_and_the_arm_at_the_right() {
 fn questions_are_shown_in_the_last_line() {
     let mut model = model();
     model.teach.prompt = Some(Prompt::Name("pick".to_owned()));
-    shows(&picture(&model, 80, 24), &[" name: pick_"]);
+    assert_shows(&picture(&model, 80, 24), &[" name: pick_"]);
     model.teach.prompt = Some(Prompt::Leave);
-    shows(&picture(&model, 80, 24), &[" not saved. Save it?"]);
+    assert_shows(&picture(&model, 80, 24), &[" not saved. Save it?"]);
 }
 
 #[test]
@@ -140,5 +140,5 @@ fn every_size_has_a_picture() {
             assert_eq!(picture(&model, width, height).len(), usize::from(height));
         }
     }
-    shows(&picture(&model, 80, 24), &["301 P301 "]);
+    assert_shows(&picture(&model, 80, 24), &["301 P301 "]);
 }

@@ -1,7 +1,7 @@
 //! Pictures of a watched arm at every size of terminal.
 
 use super::*;
-use crate::terminal::test::{Example, screen, shows, status};
+use crate::terminal::test::{Example, assert_shows, screen, status};
 
 fn model() -> Model {
     let mut observed = ObservedArm::new("arm at a port".to_owned(), 32);
@@ -95,10 +95,10 @@ fn an_arm_on_a_narrow_and_on_a_wide_terminal() {
         "q quit",
     ];
     let (narrow, wide) = (picture(&model(), 80, 24), picture(&model(), 200, 50));
-    shows(&narrow, &both);
-    shows(&wide, &both);
-    shows(&narrow, &[" 8 ○  9a● 10 ○"]);
-    shows(&wide, &[" 9 ● analog-input            2048 of 4095"]);
+    assert_shows(&narrow, &both);
+    assert_shows(&wide, &both);
+    assert_shows(&narrow, &[" 8 ○  9a● 10 ○"]);
+    assert_shows(&wide, &[" 9 ● analog-input            2048 of 4095"]);
     // The latest speed is the highest, at the right.
     assert!(narrow.iter().any(|line| line.contains("█│")));
 }

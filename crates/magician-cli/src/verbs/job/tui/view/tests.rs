@@ -1,7 +1,7 @@
 //! Pictures of a job at every size of terminal.
 
 use super::*;
-use crate::terminal::test::{Example, screen, shows, status};
+use crate::terminal::test::{Example, assert_shows, screen, status};
 
 fn model() -> Model {
     let mut observed = ObservedArm::new("arm at a port".to_owned(), 32);
@@ -97,7 +97,7 @@ fn the_sheet_fills_up() {
     );
     assert!(filled[1] > filled[0] + 30, "{filled:?}");
     assert!(filled[2] > filled[1] + 10, "{filled:?}");
-    shows(
+    assert_shows(
         &picture(&model(), 80, 24),
         &["╭ sheet ", "╭ running ", "step 2 of 4"],
     );

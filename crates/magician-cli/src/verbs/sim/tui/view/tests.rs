@@ -16,7 +16,7 @@ use super::super::arm_view::{ArmView, Cursor};
 use super::super::feed::{Feed, Line};
 use super::super::keys::{Mode, Question, action};
 use super::draw;
-use crate::terminal::test::{self, Example, shows};
+use crate::terminal::test::{self, Example, assert_shows};
 use crate::terminal::{Help, Theme};
 
 /// Creates the state of an arm in the world of a scenario.
@@ -153,7 +153,7 @@ fn an_arm_at_power_up_on_a_narrow_terminal() {
     let text = "the last line".to_owned();
     app.feed_state.say(Line { at: 1.5, text });
     let screen = screen(&app, 80, 24);
-    shows(
+    assert_shows(
         &screen,
         &[
             "virtual arm",
@@ -185,13 +185,13 @@ fn running_and_blocked_queue() {
         send(&mut arm, WaitCmd { timeout: 1000 }, Ctrl::QUEUED);
     }
     let busy = screen(&app(&arm), 80, 24);
-    shows(&busy, &["16/32", "2 WAITCmd", "started, done 0"]);
+    assert_shows(&busy, &["16/32", "2 WAITCmd", "started, done 0"]);
     let full = |line: &String| line.matches('█').count();
     assert_eq!(busy.iter().map(full).sum::<usize>(), 10);
 
     arm.inject(ExternalEvent::Alarm(0x12));
     let held = screen(&app(&arm), 120, 40);
-    shows(
+    assert_shows(
         &held,
         &[
             "alarms: 2, the queue is held",
@@ -208,19 +208,19 @@ fn a_world_on_a_wide_terminal() {
     let sizes = [(160, 50), (200, 60), (120, 24)];
     let looks = sizes.map(|(width, height)| screen(&app(&arm), width, height));
     let cube = "■ red cube    260.0 -120.0  -30.0  on the belt";
-    shows(&looks[0], &["objects, belt at 0 mm", cube]);
-    shows(&looks[1], &["objects, belt at 0 mm", cube]);
-    shows(&looks[2], &["■ red cube", "and 2 more"]);
-    shows(&looks[0], &["20 ○ -"]);
+    assert_shows(&looks[0], &["objects, belt at 0 mm", cube]);
+    assert_shows(&looks[1], &["objects, belt at 0 mm", cube]);
+    assert_shows(&looks[2], &["■ red cube", "and 2 more"]);
+    assert_shows(&looks[0], &["20 ○ -"]);
     assert!(dots(&looks[1]) > dots(&looks[2]));
 
     arm.inject(ExternalEvent::Slip {
         joint: 2,
         degrees: 8.0,
     });
-    shows(&screen(&app(&arm), 160, 50), &["actual J2 +8.0"]);
+    assert_shows(&screen(&app(&arm), 160, 50), &["actual J2 +8.0"]);
     arm.inject(ExternalEvent::Unlock(true));
-    shows(
+    assert_shows(
         &screen(&app(&arm), 160, 50),
         &["unlocked, not homed", "arrows x+ ↑ y+ ←"],
     );
@@ -240,7 +240,7 @@ fn arrows_follow_the_view_from_every_side() {
         found.next().unwrap()
     };
     for axes in ["x+ ↑ y+ ←", "x+ → y+ ↑", "x+ ↓ y+ →", "x+ ← y+ ↓"] {
-        shows(&screen(&app, 80, 24), &[&format!("from above: {axes}")]);
+        assert_shows(&screen(&app, 80, 24), &[&format!("from above: {axes}")]);
         let [right, up] = app.view.project([1.0, 0.0]);
         let [column, row] = tip(&app);
         assert!(column * right + row * up > 2.0, "{axes}: {column} {row}");
@@ -273,7 +273,7 @@ fn trail_shows_earlier_tool_positions() {
     assert_eq!((count, app.trail.len()), (1, 3));
     let last = app.trail.back().unwrap().above;
     assert!((last[0] - 180.0).hypot(last[1] - 150.0) < 0.01, "{last:?}");
-    shows(&screen(&app, 80, 24), &["x    180.0   y    150.0"]);
+    assert_shows(&screen(&app, 80, 24), &["x    180.0   y    150.0"]);
 }
 
 #[test]
@@ -291,9 +291,9 @@ fn questions_are_answered_in_the_last_line() {
         question: Question::Alarm,
         text,
     };
-    shows(&screen(&app, 80, 24), &["PlanInvLimit: the target would"]);
+    assert_shows(&screen(&app, 80, 24), &["PlanInvLimit: the target would"]);
     app.mode = Mode::Help(Help::default());
-    shows(
+    assert_shows(
         &screen(&app, 80, 24),
         &["pull the cable, or plug it in", "redraw the screen"],
     );
@@ -333,7 +333,7 @@ fn every_size_has_a_picture() {
     }
     app.mode = Mode::Watch;
     let small = screen(&app, 10, 5);
-    shows(&small, &["x    259.1"]);
+    assert_shows(&small, &["x    259.1"]);
 }
 
 #[test]
