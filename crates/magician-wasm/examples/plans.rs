@@ -1,5 +1,6 @@
 //! Writes the samples into a folder, each with the plan that a native station makes of it
-//! (`NAME.made`) or its error (`NAME.error`). Used by `try` to compare with the module.
+//! (`NAME.made`) or its error (`NAME.error`). The script `try` beside this folder compares them
+//! with the results of the modules.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -45,24 +46,24 @@ impl ProgramStore for Samples {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let to = PathBuf::from(env::args_os().nth(1).ok_or("into which folder?")?);
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../magician-program/samples");
-    let _ = fs::remove_dir_all(&to);
-    fs::create_dir_all(&to)?;
-    for entry in fs::read_dir(from)? {
+    let folder = PathBuf::from(env::args_os().nth(1).ok_or("into which folder?")?);
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../magician-program/samples");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder)?;
+    for entry in fs::read_dir(samples)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if Format::of(&name, b"").is_some() {
-            fs::copy(&path, to.join(&*name))?;
+            fs::copy(&path, folder.join(&*name))?;
         }
     }
-    // Files without a plan must give the same error in both.
-    fs::write(to.join("wrong.nc"), "G90\nG1 X10 Y%\n")?;
-    fs::write(to.join("from-there.nc"), "G91\nG1 X5 Y5 F600\nG1 X5\n")?;
-    fs::write(to.join("cut.svg"), "<svg width=\"10\"><path d=\"M0 0")?;
-    fs::write(to.join("no.png"), b"\x89PNG\r\n\x1A\nno more")?;
-    let reader = FormatReader::default().with_library(std::sync::Arc::new(Samples(to.clone())));
-    for entry in fs::read_dir(&to)? {
+    // Invalid files must give the same error natively and in the modules.
+    fs::write(folder.join("wrong.nc"), "G90\nG1 X10 Y%\n")?;
+    fs::write(folder.join("from-there.nc"), "G91\nG1 X5 Y5 F600\nG1 X5\n")?;
+    fs::write(folder.join("cut.svg"), "<svg width=\"10\"><path d=\"M0 0")?;
+    fs::write(folder.join("no.png"), b"\x89PNG\r\n\x1A\nno more")?;
+    let reader = FormatReader::default().with_library(std::sync::Arc::new(Samples(folder.clone())));
+    for entry in fs::read_dir(&folder)? {
         let name = entry?.file_name().to_string_lossy().into_owned();
         let source: Source = serde_json::from_value(serde_json::json!({ "program": name }))?;
         let (ending, bytes) = match reader.convert(&source, "made.plan.json") {
@@ -70,7 +71,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Ok(_) => return Err("the readers are not built in".into()),
             Err(error) => ("error", error.message.into_bytes()),
         };
-        fs::write(to.join(format!("{name}.{ending}")), bytes)?;
+        fs::write(folder.join(format!("{name}.{ending}")), bytes)?;
     }
     Ok(())
 }

@@ -72,23 +72,23 @@ pub(crate) enum ArmLocation {
 impl Config {
     /// Parses and validates the JSON. The error is a sentence.
     pub(crate) fn read(json: &[u8]) -> Result<Self, String> {
-        let written: RawConfig =
+        let raw: RawConfig =
             serde_json::from_slice(json).map_err(|error| format!("configuration: {error}"))?;
-        let role = match written.role.as_deref() {
+        let role = match raw.role.as_deref() {
             None => Role::Teacher,
             Some(name) => Role::named(name).ok_or("`role` must be viewer, student or teacher")?,
         };
-        if !(written.unix_zero.is_finite() && written.unix_zero.abs() < 1e12) {
+        if !(raw.unix_zero.is_finite() && raw.unix_zero.abs() < 1e12) {
             return Err("`unix_zero` must be Unix seconds".to_owned());
         }
-        if written.epoch.len() > 64 {
+        if raw.epoch.len() > 64 {
             return Err("`epoch` must have at most 64 bytes".to_owned());
         }
-        if written.arms.is_empty() || written.arms.len() > MAX_ARMS {
+        if raw.arms.is_empty() || raw.arms.len() > MAX_ARMS {
             return Err(format!("`arms` must have 1 to {MAX_ARMS} arms"));
         }
         let mut arms: Vec<(String, ArmLocation)> = Vec::new();
-        for arm in written.arms {
+        for arm in raw.arms {
             if !is_name(&arm.name) {
                 return Err(
                     "`name` of an arm must be 1 to 32 of a-z, 0-9, _ and -, the first of a-z, 0-9"
@@ -113,8 +113,8 @@ impl Config {
         }
         Ok(Self {
             arms,
-            epoch: written.epoch,
-            unix_zero: written.unix_zero,
+            epoch: raw.epoch,
+            unix_zero: raw.unix_zero,
             role,
         })
     }
@@ -140,10 +140,10 @@ impl RawSim {
 }
 
 fn is_name(name: &str) -> bool {
-    let plain = |sign: u8| sign.is_ascii_lowercase() || sign.is_ascii_digit();
+    let is_letter_or_digit = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit();
     (1..=32).contains(&name.len())
         && name
             .bytes()
-            .all(|sign| plain(sign) || b"_-".contains(&sign))
-        && name.bytes().next().is_some_and(plain)
+            .all(|byte| is_letter_or_digit(byte) || b"_-".contains(&byte))
+        && name.bytes().next().is_some_and(is_letter_or_digit)
 }

@@ -100,12 +100,12 @@ pub(crate) unsafe extern "C" fn file_in(handle: u32, id: u32, answer: *const u8,
 pub(crate) unsafe extern "C" fn program_in(
     handle: u32,
     name: *const u8,
-    letters: usize,
+    name_length: usize,
     bytes: *const u8,
     count: usize,
 ) -> u64 {
     // SAFETY: guaranteed by the caller.
-    let (name, bytes) = unsafe { (input(name, letters), input(bytes, count)) };
+    let (name, bytes) = unsafe { (input(name, name_length), input(bytes, count)) };
     table::program_in(handle, name, bytes, pack).unwrap_or(0)
 }
 
@@ -115,9 +115,13 @@ pub(crate) unsafe extern "C" fn program_in(
 /// # Safety
 /// The bytes must be valid, as for [`input`].
 #[unsafe(no_mangle)]
-pub(crate) unsafe extern "C" fn program_out(handle: u32, name: *const u8, letters: usize) -> u64 {
+pub(crate) unsafe extern "C" fn program_out(
+    handle: u32,
+    name: *const u8,
+    name_length: usize,
+) -> u64 {
     // SAFETY: guaranteed by the caller.
-    table::program_out(handle, unsafe { input(name, letters) }, pack).unwrap_or(0)
+    table::program_out(handle, unsafe { input(name, name_length) }, pack).unwrap_or(0)
 }
 
 /// Passes bytes received from the real arm.

@@ -26,12 +26,12 @@ const MAX_ANSWER_SIZE: usize = 64 << 20;
 #[derive(Clone)]
 pub(crate) struct PageFiles {
     queue: Arc<Mutex<RequestQueue>>,
-    turn: Arc<Semaphore>,
+    slot: Arc<Semaphore>,
 }
 
 #[derive(Default)]
 struct RequestQueue {
-    last: u32,
+    last_id: u32,
     /// Messages for the page: a file to read, or the cancellation of one.
     out: VecDeque<(u32, Vec<u8>)>,
     waiting: BTreeMap<u32, oneshot::Sender<Option<Vec<u8>>>>,
@@ -41,7 +41,7 @@ impl Default for PageFiles {
     fn default() -> Self {
         Self {
             queue: Arc::default(),
-            turn: Arc::new(Semaphore::new(1)),
+            slot: Arc::new(Semaphore::new(1)),
         }
     }
 }
@@ -69,12 +69,12 @@ impl PageFiles {
     }
 
     fn enqueue(&self, request: Vec<u8>) -> (PendingRead, oneshot::Receiver<Option<Vec<u8>>>) {
-        let (done, answer) = oneshot::channel();
+        let (sender, answer) = oneshot::channel();
         let mut queue = self.queue();
-        queue.last = queue.last.wrapping_add(1);
-        let id = queue.last;
+        queue.last_id = queue.last_id.wrapping_add(1);
+        let id = queue.last_id;
         queue.out.push_back((id, request));
-        queue.waiting.insert(id, done);
+        queue.waiting.insert(id, sender);
         drop(queue);
         let files = self.clone();
         (PendingRead { files, id }, answer)
@@ -95,7 +95,7 @@ impl Drop for PendingRead {
         }
         let count = queue.out.len();
         let id = self.id;
-        queue.out.retain(|(asked, _)| *asked != id);
+        queue.out.retain(|(queued_id, _)| *queued_id != id);
         // The page has taken the request already, so it must be told.
         if queue.out.len() == count {
             queue.out.push_back((id, Vec::new()));
@@ -107,13 +107,13 @@ impl FilePreparer for PageFiles {
     fn prepare(&self, mut request: PrepareRequest) -> FilePreparation {
         let files = self.clone();
         FilePreparation::Pending(Box::pin(async move {
-            let _turn = files.turn.acquire().await;
+            let _slot = files.slot.acquire().await;
             let bytes = request.to_bytes();
             // The page's worker has the file now; two copies may exceed the memory.
             request.bytes = Arc::default();
-            let (asked, answer) = files.enqueue(bytes);
+            let (pending, answer) = files.enqueue(bytes);
             let answer = timeout(READ_TIMEOUT, answer).await;
-            drop(asked);
+            drop(pending);
             let wrong = |kind, why: &str| Err(RpcError::arm(kind, why));
             match answer {
                 Err(_) => wrong(ErrorKind::Timeout, "reading the file took too long"),

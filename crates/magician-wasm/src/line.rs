@@ -87,7 +87,7 @@ impl Line {
         }
         Ok(LineEnd {
             line: self.clone(),
-            connection: state.losses,
+            losses_at_opening: state.losses,
         })
     }
 }
@@ -96,27 +96,27 @@ impl Line {
 #[derive(Debug)]
 pub(crate) struct LineEnd {
     line: Line,
-    connection: u64,
+    losses_at_opening: u64,
 }
 
 impl AsyncRead for LineEnd {
     fn poll_read(
         self: Pin<&mut Self>,
         cx: &mut Context<'_>,
-        into: &mut ReadBuf<'_>,
+        buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
         let mut state = self.line.state();
         // Reading no bytes signals the end of the stream.
-        if state.losses != self.connection {
+        if state.losses != self.losses_at_opening {
             return Poll::Ready(Ok(()));
         }
         if state.from_arm.is_empty() {
             state.reader = Some(cx.waker().clone());
             return Poll::Pending;
         }
-        let count = into.remaining().min(state.from_arm.len());
+        let count = buffer.remaining().min(state.from_arm.len());
         for byte in state.from_arm.drain(..count) {
-            into.put_slice(&[byte]);
+            buffer.put_slice(&[byte]);
         }
         Poll::Ready(Ok(()))
     }
@@ -129,7 +129,7 @@ impl AsyncWrite for LineEnd {
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
         let mut state = self.line.state();
-        if state.losses != self.connection {
+        if state.losses != self.losses_at_opening {
             return Poll::Ready(Err(io::ErrorKind::BrokenPipe.into()));
         }
         let room = BUFFER_SIZE.saturating_sub(state.to_arm.len());

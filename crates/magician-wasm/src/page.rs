@@ -26,7 +26,7 @@ use crate::clock::{TurnClock, settle};
 use crate::config::{ArmLocation, Config};
 use crate::files::PageFiles;
 use crate::line::Line;
-use crate::stores::{Calendar, MemoryJobs, MemoryPresets, MemoryPrograms};
+use crate::stores::{MemoryJobs, MemoryPresets, MemoryPrograms, UnixClock};
 use crate::trace::TraceRing;
 
 /// Kind of output: text of a session.
@@ -75,8 +75,8 @@ pub struct PageStation {
     outbox: VecDeque<(u8, u16, Vec<u8>)>,
     /// Session polled last for output. The next poll starts with another one, so that all get a
     /// turn.
-    asked: u16,
-    alive_at: f64,
+    last_polled: u16,
+    last_pong_at: f64,
     /// Time of the last input or output, us.
     active_at: f64,
     out: Vec<u8>,
@@ -133,8 +133,8 @@ impl PageStation {
             inbox: VecDeque::new(),
             sessions: BTreeMap::new(),
             outbox: VecDeque::new(),
-            asked: 0,
-            alive_at: 0.0,
+            last_polled: 0,
+            last_pong_at: 0.0,
             active_at: f64::NEG_INFINITY,
             out: Vec::new(),
         })
@@ -180,7 +180,7 @@ impl PageStation {
         let Stage::Running(_, Library { programs, presets }) = &self.stage else {
             return Err("the station is not ready".to_owned());
         };
-        if let Some(name) = MemoryPresets::named(name) {
+        if let Some(name) = MemoryPresets::preset_name(name) {
             let text = String::from_utf8_lossy(bytes);
             return { presets.save(name, &text) }.map_err(|error| error.to_string());
         }
@@ -190,11 +190,11 @@ impl PageStation {
         let _context = self.runtime.enter();
         // The page belongs to its user, who may do everything.
         let upload = programs.upload(&name, Role::Teacher, Some(bytes.len() as u64));
-        let kept = upload.and_then(|mut upload| {
+        let stored = upload.and_then(|mut upload| {
             upload.write(bytes)?;
             upload.finish()
         });
-        kept.map(drop).map_err(|error| error.to_string())
+        stored.map(drop).map_err(|error| error.to_string())
     }
 
     /// Returns a program of the library, or a preset.
@@ -203,7 +203,7 @@ impl PageStation {
             return None;
         };
         self.out.clear();
-        if let Some(name) = MemoryPresets::named(name) {
+        if let Some(name) = MemoryPresets::preset_name(name) {
             self.out = presets.load(name).ok()??.into_bytes();
             return Some(&self.out);
         }
@@ -294,8 +294,8 @@ impl PageStation {
                 client.send(&text);
             }
         }
-        if now - self.alive_at >= KEEP_ALIVE_INTERVAL {
-            self.alive_at = now;
+        if now - self.last_pong_at >= KEEP_ALIVE_INTERVAL {
+            self.last_pong_at = now;
             self.sessions.values().for_each(Client::pong);
         }
     }
@@ -316,20 +316,22 @@ impl PageStation {
         if let Some(bytes) = self.line.take_output() {
             return Some((LINE, 0, bytes));
         }
-        if let Some(own) = self.outbox.pop_front() {
-            return Some(own);
+        if let Some(output) = self.outbox.pop_front() {
+            return Some(output);
         }
         if let Some(file) = self.files.next_message() {
             return Some((FILE, 0, file));
         }
         let _context = self.runtime.enter();
-        let later = (Bound::Excluded(self.asked), Bound::Unbounded);
-        let sessions = { self.sessions.range(later) }.chain(self.sessions.range(..=self.asked));
-        let mut ready = sessions
-            .filter_map(|(session, client)| client.try_receive().map(|what| (*session, what)));
-        let (session, what) = ready.next()?;
-        self.asked = session;
-        match what {
+        let after_last_polled = (Bound::Excluded(self.last_polled), Bound::Unbounded);
+        let sessions = { self.sessions.range(after_last_polled) }
+            .chain(self.sessions.range(..=self.last_polled));
+        let mut ready = sessions.filter_map(|(session, client)| {
+            client.try_receive().map(|outgoing| (*session, outgoing))
+        });
+        let (session, outgoing) = ready.next()?;
+        self.last_polled = session;
+        match outgoing {
             Outgoing::Text(text) => Some((TEXT, session, text.into_bytes())),
             Outgoing::Frame(frame) => Some((FRAME, session, frame)),
             Outgoing::Close(code) => {
@@ -366,14 +368,14 @@ impl Stage {
         let Self::Closed(config) = std::mem::replace(self, Self::Opening(opening)) else {
             return;
         };
-        let calendar = Calendar {
+        let unix_clock = UnixClock {
             unix: config.unix_zero + clock.now() / 1e6,
             at: Instant::now(),
         };
         let (line, trace, files) = (line.clone(), trace.clone(), files.clone());
         tokio::spawn(async move {
             // If the page has dropped the station, nothing receives the result.
-            let _ = done.send(connect(*config, calendar, line, trace, files).await);
+            let _ = done.send(connect(*config, unix_clock, line, trace, files).await);
         });
     }
 
@@ -382,8 +384,8 @@ impl Stage {
         let Self::Opening(opening) = self else {
             return None;
         };
-        let told;
-        (*self, told) = match opening.try_recv() {
+        let message;
+        (*self, message) = match opening.try_recv() {
             Err(oneshot::error::TryRecvError::Empty) => return None,
             Ok(Ok((station, library, arms))) => {
                 let ready = json!({"ready": true, "arms": arms});
@@ -397,7 +399,7 @@ impl Stage {
                 (Self::Ended, failure("unexpected", "connecting ended"))
             }
         };
-        Some(told.to_string())
+        Some(message.to_string())
     }
 }
 
@@ -408,20 +410,20 @@ pub(crate) fn failure(kind: &str, message: &str) -> Value {
 
 async fn connect(
     config: Config,
-    calendar: Calendar,
+    unix_clock: UnixClock,
     line: Line,
     trace: TraceRing,
     files: PageFiles,
 ) -> Opened {
-    let mut usual = Options::default();
+    let mut default_options = Options::default();
     // `TraceRing` accepts any write, so this cannot fail.
-    usual.trace = Tracer::new(trace).ok();
+    default_options.trace = Tracer::new(trace).ok();
     let mut entries = Vec::new();
     let mut arms = Vec::new();
     for (name, location) in config.arms {
         let (entry, arm) = match location {
             ArmLocation::Virtual(arm) => {
-                let arm = Arm::simulated(arm, usual.clone()).await?;
+                let arm = Arm::simulated(arm, default_options.clone()).await?;
                 (ArmEntry::simulated(name), arm)
             }
             ArmLocation::Line => {
@@ -429,7 +431,7 @@ async fn connect(
                 let opener = move || std::future::ready(line.open());
                 // Nothing outside the browser can stop a jog that the arm runs by itself, so use
                 // bounded jogs.
-                let options = usual.clone().bounded_jogs(true);
+                let options = default_options.clone().bounded_jogs(true);
                 let arm = Arm::over_with(opener, options).await?;
                 let entry = ArmEntry {
                     port: "line".to_owned(),
@@ -442,10 +444,10 @@ async fn connect(
         entries.push(entry);
         arms.push(arm);
     }
-    let told = |entry: &ArmEntry| json!({"name": entry.name, "port": entry.port});
-    let told = entries.iter().map(told).collect();
+    let description = |entry: &ArmEntry| json!({"name": entry.name, "port": entry.port});
+    let descriptions = entries.iter().map(description).collect();
     let library = Library {
-        programs: MemoryPrograms::new(calendar),
+        programs: MemoryPrograms::new(unix_clock),
         presets: MemoryPresets::default(),
     };
     let programs = Arc::new(library.programs.clone());
@@ -454,14 +456,14 @@ async fn connect(
         .with_library(Arc::clone(&programs) as _)
         .with_presets(presets.clone());
     let config = StationConfig {
-        unix_zero: calendar.unix + calendar.at.elapsed().as_secs_f64(),
+        unix_zero: unix_clock.unix + unix_clock.at.elapsed().as_secs_f64(),
         jobs: Arc::new(MemoryJobs::default()),
         programs,
         presets,
         ..StationConfig::reading_by(entries, config.epoch, Arc::new(reader))
     };
     let station = RunningStation::start(config, arms, Box::new(|_| {}));
-    Ok((station, library, told))
+    Ok((station, library, descriptions))
 }
 
 /// Returns the secret with which a session can be resumed.

@@ -15,21 +15,21 @@ use magician_station::{
 use serde_json::Value;
 use tokio::time::Instant;
 
-fn lock<T>(what: &Mutex<T>) -> MutexGuard<'_, T> {
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     // Values behind these locks are complete between statements, so a poisoned lock is still
     // usable.
-    what.lock().unwrap_or_else(PoisonError::into_inner)
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Unix time, extrapolated from an instant.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Calendar {
+pub(crate) struct UnixClock {
     /// Unix seconds at that instant.
     pub(crate) unix: f64,
     pub(crate) at: Instant,
 }
 
-impl Calendar {
+impl UnixClock {
     fn now(self) -> f64 {
         self.unix + self.at.elapsed().as_secs_f64()
     }
@@ -40,7 +40,7 @@ impl Calendar {
 #[derive(Clone)]
 pub(crate) struct MemoryPrograms {
     programs: Arc<Mutex<BTreeMap<ProgramName, StoredProgram>>>,
-    calendar: Calendar,
+    unix_clock: UnixClock,
 }
 
 struct StoredProgram {
@@ -49,10 +49,10 @@ struct StoredProgram {
 }
 
 impl MemoryPrograms {
-    pub(crate) fn new(calendar: Calendar) -> Self {
+    pub(crate) fn new(unix_clock: UnixClock) -> Self {
         Self {
             programs: Arc::default(),
-            calendar,
+            unix_clock,
         }
     }
 
@@ -128,7 +128,7 @@ impl Upload for ProgramUpload {
     fn finish(self: Box<Self>) -> Result<bool, LibraryError> {
         let stored = StoredProgram {
             bytes: self.bytes.into(),
-            modified: self.library.calendar.now(),
+            modified: self.library.unix_clock.now(),
         };
         let before = lock(&self.library.programs).insert(self.name, stored);
         Ok(before.is_none())
@@ -142,7 +142,7 @@ pub(crate) struct MemoryPresets(Arc<Mutex<BTreeMap<String, String>>>);
 
 impl MemoryPresets {
     /// Returns NAME if `stored` is `preset+NAME.toml`, else `None`.
-    pub(crate) fn named(stored: &[u8]) -> Option<&str> {
+    pub(crate) fn preset_name(stored: &[u8]) -> Option<&str> {
         let stored = std::str::from_utf8(stored).ok()?;
         stored.strip_prefix("preset+")?.strip_suffix(".toml")
     }
@@ -168,11 +168,11 @@ impl PresetStore for MemoryPresets {
 }
 
 /// Program, arm, and number of a virtual arm of the page.
-type OwnKey = (String, String, Option<u64>);
+type MemoryJournalKey = (String, String, Option<u64>);
 
 /// Journals of jobs by program and arm.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct MemoryJobs(Arc<Mutex<BTreeMap<OwnKey, Checkpoint>>>);
+pub(crate) struct MemoryJobs(Arc<Mutex<BTreeMap<MemoryJournalKey, Checkpoint>>>);
 
 impl JobStore for MemoryJobs {
     fn load(&self, _: usize) -> Value {
@@ -187,14 +187,14 @@ impl JobStore for MemoryJobs {
     fn journal(&self) -> Box<dyn Journal> {
         Box::new(MemoryJournal {
             stored: self.clone(),
-            key: OwnKey::default(),
+            key: MemoryJournalKey::default(),
         })
     }
 }
 
 struct MemoryJournal {
     stored: MemoryJobs,
-    key: OwnKey,
+    key: MemoryJournalKey,
 }
 
 impl Journal for MemoryJournal {

@@ -16,7 +16,7 @@ pub(crate) struct TraceRing(Arc<Mutex<Blocks>>);
 
 #[derive(Debug, Default)]
 struct Blocks {
-    heads: Vec<u8>,
+    interface_blocks: Vec<u8>,
     packets: VecDeque<Box<[u8]>>,
     size: usize,
 }
@@ -29,8 +29,8 @@ impl TraceRing {
     /// Returns the current file.
     pub(crate) fn file(&self) -> Vec<u8> {
         let blocks = self.blocks();
-        let mut file = Vec::with_capacity(blocks.heads.len() + blocks.size);
-        file.extend(&blocks.heads);
+        let mut file = Vec::with_capacity(blocks.interface_blocks.len() + blocks.size);
+        file.extend(&blocks.interface_blocks);
         blocks.packets.iter().for_each(|packet| file.extend(packet));
         file
     }
@@ -50,7 +50,7 @@ impl Write for TraceRing {
                 blocks.size -= oldest.len();
             }
         } else {
-            blocks.heads.extend(block);
+            blocks.interface_blocks.extend(block);
         }
         Ok(block.len())
     }
