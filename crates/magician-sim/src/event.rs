@@ -10,7 +10,7 @@ use crate::world::{Press, WorldEvent};
 
 mod words;
 
-/// An event inside the controller. None of them is visible in the protocol.
+/// An event inside the controller. The protocol does not report events.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Event {

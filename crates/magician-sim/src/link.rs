@@ -44,9 +44,9 @@ pub(crate) struct Outbox {
 }
 
 impl Outbox {
-    /// Most pending bytes: the answers to 5000 bytes of the costliest request, GetPose. That is
-    /// more than the 4096 bytes that a serial driver buffers, so no host on a serial line can
-    /// overrun it.
+    /// Most pending bytes: the replies to 5000 bytes of GetPose requests. A serial driver buffers
+    /// only 4096 bytes, so a host that polls poses over a serial line cannot overrun it. Many reads
+    /// of a long text (name, SSID) at once can.
     const CAPACITY: usize = 32 * 1024;
 
     /// True if the longest reply still fits.
@@ -90,8 +90,8 @@ struct LinkEntry {
 }
 
 impl Links {
-    /// Most peers at a time. A further peer evicts the peer silent for longest, because senders of
-    /// datagrams never say goodbye.
+    /// Most peers at a time. A further peer evicts the one that was silent for longest, because
+    /// senders of datagrams never close.
     const CAPACITY: usize = 64;
 
     /// Returns the peer, admitted if necessary, and marks it as heard last.

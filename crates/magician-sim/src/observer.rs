@@ -8,9 +8,9 @@ use crate::{ArmInstant, Controller, LinkId};
 
 /// Watches an arm while its time passes.
 ///
-/// Time may pass in leaps: a second of motion is one call. An observer asks for the instants that
-/// it wants to see, and the arm stops there on its way, which does not change its behaviour. The
-/// observer also sees the arm after every event, at the instant of the event.
+/// One call may advance the arm by a second of motion or more. An observer asks for the instants
+/// that it wants to see; the arm stops at each of them, which does not change its behaviour. While
+/// an instant is requested, the observer also sees the arm after every event before that instant.
 pub trait Observer {
     /// Next instant of the arm's clock to observe, later than the last one. `None` if there is
     /// none.
@@ -18,7 +18,8 @@ pub trait Observer {
         None
     }
 
-    /// Called at each requested instant, and after each event.
+    /// Called at each requested instant and, while an instant is requested, after each event. A
+    /// [`Runner`](crate::Runner) also calls it after each request and each inter-byte timeout.
     fn observe(&mut self, arm: &Controller) {
         let _ = arm;
     }
@@ -130,7 +131,7 @@ fn lock<O>(observer: &Mutex<O>) -> MutexGuard<'_, O> {
     observer.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Number of instants that an observer may see before other peers get a turn.
+/// Number of instants that an observer may see in one call, so that peers are served in between.
 pub(crate) struct SampleBudget(u32);
 
 impl SampleBudget {

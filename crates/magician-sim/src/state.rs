@@ -122,7 +122,7 @@ impl ControllerState {
             rail: store
                 .settings
                 .motion
-                // A disabled rail has a position, too, but GetPoseL is all that reports it.
+                // A disabled rail has a position, too, but only GetPoseL reports it.
                 .has_rail()
                 .then(|| motion.rail_at(*now)),
             line: device.line,

@@ -23,11 +23,11 @@ thread_local! {
 struct Counting;
 
 fn count() {
-    // While a thread ends its counter is already gone.
+    // During thread exit the counter may already be destroyed.
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
 }
 
-// SAFETY: everything is left to the system's allocator.
+// SAFETY: every call is forwarded to the system allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();
@@ -54,7 +54,7 @@ fn queued<T: Writable>(value: &T) -> FrameBuf {
     FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).unwrap()
 }
 
-/// A joint move to the home joints, and to a position on the rail.
+/// Parameters of a joint move to the home angles, with the carriage of the rail at `l` mm.
 fn on_rail(l: f32) -> Vec<u8> {
     let mut params = vec![4];
     params.extend(
@@ -69,8 +69,7 @@ fn read<T: Readable<Query = NoArgs>>() -> FrameBuf {
     FrameBuf::get(&NoArgs, T::ROW).unwrap()
 }
 
-/// Moves of every kind, a refused one, waits, outputs, path segments, damaged bytes, and more
-/// commands than the queue holds.
+/// Sends all frames, then advances until nothing is scheduled; sends all polls at every event.
 fn round(arm: &mut Controller, frames: &[FrameBuf], polls: &[FrameBuf]) {
     for frame in frames {
         arm.receive(USB, frame.bytes());
@@ -89,6 +88,8 @@ fn round(arm: &mut Controller, frames: &[FrameBuf], polls: &[FrameBuf]) {
 
 #[test]
 fn a_steady_state_allocates_nothing() {
+    // Moves of every kind, a refused one, waits, outputs, path segments, an unknown id, and more
+    // commands than the queue holds.
     let mut frames: Vec<FrameBuf> = (0..10)
         .map(|mode| {
             let target = match mode {
@@ -103,7 +104,7 @@ fn a_steady_state_allocates_nothing() {
         queued(&home()),
         queued(&suck(true)),
         queued::<WaitCmd>(&wait(20)),
-        // On the rail and back, an output, a trigger that is met, a motor that counts pulses.
+        // Along the rail and back, an output, a trigger that is met, a motor that counts pulses.
         FrameBuf::new(3, Ctrl::SET, &[1, 0]).unwrap(),
         FrameBuf::new(86, Ctrl::QUEUED, &on_rail(100.0)).unwrap(),
         FrameBuf::new(86, Ctrl::QUEUED, &on_rail(0.0)).unwrap(),
@@ -123,8 +124,8 @@ fn a_steady_state_allocates_nothing() {
     frames.push(FrameBuf::new(20, Ctrl::SET, &[]).unwrap());
     let polls = [read::<Pose>(), read::<QueuedCmdCurrentIndex>()];
     let mut arm = running_arm().arm;
-    // Each round starts where the previous one ended; after a few, its buffers have their final
-    // size.
+    // Each round starts where the previous one ended. After a few rounds all buffers have their
+    // final size.
     for _ in 0..4 {
         round(&mut arm, &frames, &polls);
     }
@@ -135,7 +136,7 @@ fn a_steady_state_allocates_nothing() {
     }
     assert_eq!(COUNT.get(), before);
     assert!(arm.state().queue.current_index > finished + 500);
-    // The counter counts.
+    // Check that the allocator does count.
     drop(std::hint::black_box(vec![0u8; 10]));
     assert!(COUNT.get() > before);
 }

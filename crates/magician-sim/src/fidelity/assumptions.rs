@@ -1,8 +1,9 @@
 //! Assumptions of the virtual arm's behaviour, each with its source and confidence.
 //!
-//! Strict mode refuses a choice that decides what the arm does or replies. It keeps a choice that
-//! decides only a value (duration, speed, count, initial state) of known behaviour, or whose
-//! refusal would have the same effect.
+//! Strict mode refuses (`refused`) a choice that decides what the arm does or replies. It keeps
+//! (`kept`, with the reason) a choice that decides only a value (duration, speed, count, initial
+//! state) of known behaviour. It also keeps a choice if the refusal would have the same effect, or
+//! if the command must not be refused, like a stop.
 
 use super::list_assumptions;
 

@@ -1,4 +1,4 @@
-//! Assumptions behind each answer: facts about the real arm, and choices where none is known.
+//! Assumptions behind each answer: facts about the real arm, and choices where no fact is known.
 //!
 //! Every behaviour of the virtual arm has an [`Assumption`] with a [`Confidence`]. The controller
 //! counts the assumptions of its answers ([`Controller::fidelity`](crate::Controller::fidelity)). A
@@ -27,7 +27,7 @@ pub enum Confidence {
 }
 
 impl Confidence {
-    /// All of them, the highest confidence first.
+    /// All levels, highest confidence first.
     pub const ALL: [Self; 5] = [
         Self::Measured,
         Self::Vendor,
@@ -81,7 +81,8 @@ impl Authority {
         }
     }
 
-    /// Page and anchor below `docs` in the repository: `MODEL.md#section-7`, `ERRATA.md#e07`.
+    /// Page and anchor below `docs/reference` in the repository: `MODEL.md#section-7`,
+    /// `ERRATA.md#e07`. `None` without a source.
     #[must_use]
     pub fn link(self) -> Option<String> {
         match self {
@@ -135,7 +136,7 @@ macro_rules! list_assumptions {
                 match self { $( Self::$name => $section, )+ }
             }
 
-            /// Document that states it.
+            /// Document that states the assumption.
             #[must_use]
             pub const fn authority(self) -> $crate::fidelity::Authority {
                 $crate::fidelity::Authority::of(self.section())

@@ -46,13 +46,13 @@ pub struct LimitSets {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionRules {
-    /// Period in which the controller changes the speed and then the position, s; 0 for continuous
-    /// time.
+    /// Control period, s; 0 for continuous time. Once per period the controller changes the speed
+    /// and then the position.
     pub period: f64,
     /// Effect of a jog of another axis on the running jog.
     pub jog_axis_change: JogAxisChange,
-    /// True if an impossible segment of a continuous path is dropped without an alarm while the
-    /// index goes on (model section 8).
+    /// True if an impossible segment of a continuous path is dropped without an alarm and the queue
+    /// index still advances (model section 8).
     pub cp_drop_silently: bool,
 }
 
@@ -150,8 +150,8 @@ impl Default for MotionRules {
             period: f64::from(BUILT_IN.law.period_us()) / 1e6,
             // Measured: a recorded arm carries its speed over to the new axis (model section 10).
             jog_axis_change: JogAxisChange::Carries,
-            // One arm was seen to drop segments silently; raising an alarm is the vendor's code
-            // (VL).
+            // One arm was seen to drop segments silently. The vendor's code for the sibling arm
+            // (VL) raises an alarm.
             cp_drop_silently: false,
         }
     }

@@ -27,8 +27,9 @@ impl Identity {
 /// Serial number of a virtual arm, derived from its place: the path of a pseudo-terminal or the
 /// address of a socket.
 ///
-/// A place yields the same number at each start, and different places yield different numbers.
-/// Hosts store what they know of an arm under its serial number, so two arms must not share one.
+/// A place yields the same number at each start. Different places yield different numbers, unless
+/// their 32-bit hashes collide. Hosts store what they know of an arm under its serial number, so
+/// two arms should not share one.
 pub(crate) fn serial_at(place: &str) -> String {
     // FNV-1a: short, and the same on every machine and in every version.
     let hash = place.bytes().fold(0x811c_9dc5_u32, |hash, byte| {

@@ -34,7 +34,7 @@ pub struct Identity {
 pub struct PowerUp {
     /// Joints reported before homing, deg.
     pub joints: [f64; 4],
-    /// Tool bias kept from before, mm; in the file, the name of a tool or `[x, y, z]`.
+    /// Tool bias kept from before power-up, mm; in the file, the name of a tool or `[x, y, z]`.
     ///
     /// A tool given by the scenario takes precedence.
     #[serde(deserialize_with = "tool::read", serialize_with = "tool::write")]
@@ -168,8 +168,8 @@ pub struct WifiDefaults {
 impl Default for Identity {
     fn default() -> Self {
         Self {
-            // The vendor's help shows this version, and three bytes are what the document has
-            // (model section 15).
+            // The vendor's help shows this version; the document describes three bytes (model
+            // section 15).
             version: [3, 6, 14],
             name: "Dobot 2.0".to_owned(),
             serial: "00000001".to_owned(),
@@ -217,7 +217,7 @@ impl Default for Stopping {
 
 impl Default for HandTeaching {
     fn default() -> Self {
-        // A choice: the document knows the periodic mode, but not its period (model section 12).
+        // A choice: the document has the periodic mode, but not its period (model section 12).
         Self { period: 0.5 }
     }
 }

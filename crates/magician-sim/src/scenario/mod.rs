@@ -19,7 +19,7 @@
 //! | `[[key]]` | a press of the base key |
 //! | `[[fault]]` | a slip, a pulled cable, a reset, slow answers, an alarm: at a time or at a command's index |
 //!
-//! Not simulated: objects do not push, tilt or stop one another, a knock from the side moves
+//! Simplifications: objects do not push, tilt or stop one another, a knock from the side moves
 //! nothing, the belt pushes nothing against a tool at rest, objects fall straight and at once, and
 //! the laser is in focus at every height.
 //!

@@ -157,8 +157,8 @@ pub struct Conveyor {
 }
 
 impl Conveyor {
-    // 34 mm and 16,000 pulses: measured by two third parties against the vendor's own figures
-    // (model section 13).
+    // 34 mm and 16,000 pulses: found by two third parties. The vendor's demonstration has other
+    // values, which do not fit the belt (model section 13).
     const fn roller_diameter() -> f64 {
         34.0
     }

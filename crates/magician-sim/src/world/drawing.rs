@@ -45,8 +45,7 @@ impl From<Vec<Stroke>> for Drawing {
 }
 
 impl Drawing {
-    /// Most points kept; further ones are counted. A choice: 10 million
-    /// points take 160 MB.
+    /// Most points kept; further ones are only counted. A choice: 10 million points take 160 MB.
     pub const MOST_POINTS: usize = 10_000_000;
 
     /// Strokes, oldest first.

@@ -28,7 +28,7 @@ pub enum WorldEventKind {
     Touched(Body),
     /// The tool ran into an object from the side. The object stays: a knock moves nothing here.
     Knocked(u16),
-    /// The tool presses harder than it gives way.
+    /// The tool presses deeper than it gives way.
     Pressed(Body),
 }
 

@@ -33,7 +33,7 @@ pub enum Press {
 pub enum ExternalEvent {
     /// An input or a sensor may have changed.
     Input,
-    /// The tool touches a body. If it presses harder than it gives way, J2 and J3 stall and lose
+    /// The tool touches a body. If it presses deeper than it gives way, J2 and J3 stall and lose
     /// steps.
     Touch {
         /// The touched body.
@@ -57,7 +57,7 @@ pub enum ExternalEvent {
         /// True if it is plugged in.
         plugged: bool,
     },
-    /// Answers are delayed by this much more, on the host's clock.
+    /// The additional delay of answers becomes this long, on the host's clock; 0 ends it.
     Delay(Duration),
     /// The base key is pressed.
     Key(Press),

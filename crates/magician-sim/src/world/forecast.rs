@@ -15,9 +15,9 @@ use crate::ArmInstant;
 /// A change that a path will bring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
-    /// The contact of the tool with a body changes; `None` if it comes clear of it.
+    /// The contact of the tool with a body changes; `None` if the tool comes clear of the body.
     Contact(Body, Option<Contact>),
-    /// A sensor, by index, sees another carried object, or no longer any.
+    /// A sensor, by index, sees another carried object; `None` if it sees none any more.
     Carried(usize, Option<u16>),
 }
 
@@ -44,8 +44,8 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
         self.reach((self.frames)(at))
     }
 
-    /// Returns all changes along the path, given the present contacts and the objects that sensors
-    /// see.
+    /// Returns all changes along the path, given the present contacts and the carried object that
+    /// each sensor sees.
     pub(super) fn changes(
         &self,
         path: &TimedPath<'_>,

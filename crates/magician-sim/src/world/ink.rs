@@ -34,7 +34,7 @@ pub(super) struct Ink {
     until: ArmInstant,
     /// Laser power at `until`, percent.
     power: f64,
-    /// Changes of power that a path under way has not passed yet.
+    /// Changes of power during the running path, applied when the path is drawn.
     powers: Vec<(ArmInstant, f64)>,
     /// Kind and power with which the last stroke may continue.
     open: Option<(StrokeKind, f64)>,

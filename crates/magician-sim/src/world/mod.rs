@@ -1,9 +1,9 @@
 //! The world around the arm: bodies that it can touch and hold, sensors, traces, and scripted
 //! events.
 //!
-//! Everything follows from the arm's time and the calls of the controller, so a run repeats itself
-//! bit for bit. The cost depends on events and not on elapsed time: the controller announces the
-//! beginning and the end of a motion, and the world returns the time of the next event.
+//! The world is deterministic, bit for bit: its state depends only on the arm's clock and the calls
+//! of the controller. The cost depends on events and not on elapsed time: the controller announces
+//! the beginning and the end of a motion, and the world returns the time of the next event.
 
 mod belt;
 mod drawing;

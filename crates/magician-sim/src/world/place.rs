@@ -14,8 +14,8 @@ pub struct ObjectPose {
 }
 
 impl ObjectPose {
-    /// Composes two poses: `inner` is relative to this pose, and the result to this pose's own
-    /// frame.
+    /// Composes two poses. `inner` is relative to this pose; the result is relative to the frame in
+    /// which this pose is given.
     pub(crate) fn then(&self, inner: &Self) -> Self {
         let [x, y] = rotate([inner.x, inner.y], self.yaw);
         Self {
@@ -90,8 +90,8 @@ impl Footprint {
 
     /// True if two rectangles overlap; touching edges do not count.
     ///
-    /// Separating-axis test: two convex shapes are disjoint if and only if they are so along a
-    /// normal of one of their sides.
+    /// Separating-axis test: two convex shapes are disjoint if and only if their projections onto
+    /// the normal of some side are disjoint.
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         let between = [other.place.x - self.place.x, other.place.y - self.place.y];
         [self.place.yaw, other.place.yaw]

@@ -10,14 +10,15 @@ use crate::{ArmInstant, Micros};
 const MAX_SAMPLES: u64 = 2048;
 /// Distance between two samples, mm.
 const STRIDE: f64 = 1.0;
-/// Distance that a corner of a held object moves per degree of rotation, mm: as for an object of 60
-/// mm.
+/// Distance that a corner of a held object moves per degree of rotation, mm. The value is that of
+/// an object of 60 mm.
 const MM_PER_DEGREE: f64 = 0.5;
-/// Spacing of the samples that measure the length of a path, and their fewest and most.
-///
-/// The arm cannot go and come back within 5 ms.
+/// Spacing of the samples that measure the length of a path, us: the arm cannot move there and back
+/// within 5 ms.
 const COARSE: Micros = 5_000;
+/// Fewest of these samples.
 const COARSE_FEWEST: u64 = 4;
+/// Most of these samples. Above 320 ms of path their spacing exceeds [`COARSE`].
 const COARSE_MOST: u64 = 64;
 
 /// Sample times of a path: evenly spaced, both ends included.

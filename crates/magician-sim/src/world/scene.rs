@@ -1,7 +1,7 @@
-//! Positions of the objects. Each one is carried by something, and carries what stands on it.
+//! Positions of the objects. Each object rests on a support, and supports the objects on top of it.
 //!
-//! An object stores its position in the frame of its carrier, so a moving belt or tool moves a
-//! whole stack without touching it.
+//! An object stores its position in the frame of its support, so a moving belt or tool moves a
+//! whole stack without an update of its objects.
 
 use super::solid::Solid;
 use super::{Footprint, ObjectPose};
@@ -49,7 +49,7 @@ struct PlacedObject {
     inner: ObjectPose,
 }
 
-/// Frames that move, at an instant.
+/// Moving frames of reference, at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frames {
     /// Frame of the belt.
@@ -155,7 +155,7 @@ impl Scene {
 
     /// Releases the held object, which falls straight down with whatever stands on it.
     ///
-    /// A surface into which the tool was pressed by at most `slack` counts as below it.
+    /// A surface into which the object is pressed by at most `slack`, mm, counts as below it.
     pub(super) fn drop_held(
         &mut self,
         scenario: &Scenario,
@@ -169,8 +169,8 @@ impl Scene {
         Some((object, rest))
     }
 
-    /// Moves an object by hand, with whatever stands on it; it falls onto whatever is below. A held
-    /// one leaves the tool.
+    /// Moves an object by hand, with whatever stands on it; it then falls onto whatever is below.
+    /// The tool lets go of the object if it holds it.
     pub(super) fn set_down(
         &mut self,
         object: u16,

@@ -145,7 +145,7 @@ impl ScriptPlayer {
         [timed, soon, hand].into_iter().flatten().min()
     }
 
-    /// Does the earliest action that is due.
+    /// Performs the earliest action that is due.
     pub(super) fn happen(&mut self, script: &Script, now: ArmInstant) -> Option<ExternalEvent> {
         let at = self.next_event(script).filter(|at| *at <= now)?;
         // The hand first: a key that is released in the same instant must find the arm where it was

@@ -43,12 +43,12 @@ impl Solid {
         (enters <= leaves).then_some(enters)
     }
 
-    /// Range of shifts along a direction for which the beam hits the box, mm; `None` if the beam
-    /// misses the box at every shift.
+    /// Range of shifts of the box along a direction for which the beam hits it, mm; `None` if the
+    /// beam misses the box at every shift.
     ///
     /// Let `u` be the position on the beam and `s` the shift. The beam's point is in the box if `u`
-    /// and `s` satisfy six linear inequalities, which form a convex polygon. Its extent in `s` is
-    /// the result.
+    /// and `s` satisfy six linear inequalities, which define a convex polygon. The result is the
+    /// extent of the polygon in `s`.
     pub(super) fn meets_shifted(&self, beam: &Beam, direction: f64) -> Option<[f64; 2]> {
         let (from, to) = (self.local(beam.from), self.local(beam.to));
         let [shift_x, shift_y] = rotate([1.0, 0.0], direction - self.place.yaw);

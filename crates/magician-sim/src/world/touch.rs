@@ -11,8 +11,8 @@ use crate::scenario::{Scenario, Tool, ToolKind};
 
 /// Smallest depth that counts as a touch, mm; it absorbs rounding.
 const TOUCH: f64 = 1e-3;
-/// Depth at first contact above which the tool came from the side, mm. Between two samples of a
-/// motion from above, bisection finds it at a depth far below this.
+/// Depth at first contact above which the tool must have come from the side, mm. In a motion from
+/// above, bisection between two samples finds the contact at a depth far below this.
 const FROM_THE_SIDE: f64 = 0.1;
 /// Additional depth at which a stalled tool stalls again, mm.
 const DEEPER: f64 = 0.01;
@@ -20,17 +20,17 @@ const DEEPER: f64 = 0.01;
 pub(super) const FINGERS: f64 = 20.0;
 /// Least overlap of the fingers with an object to hold it, mm (G).
 const MIN_FINGER_OVERLAP: f64 = 2.0;
-/// Largest gap between suction cup and object at which it is still taken, mm (G).
+/// Largest gap between suction cup and object at which the cup still takes the object, mm (G).
 const MAX_SUCTION_GAP: f64 = 1.0;
 
 /// Kind of contact of the tool with a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Contact {
-    /// Touching, no deeper than the tool gives way.
+    /// Touching; the depth is within the distance that the tool gives way.
     Touch,
-    /// RunSummary into an object from the side; the object yields.
+    /// Ran into an object from the side; the object yields.
     Knock,
-    /// Pressing harder than the tool gives way.
+    /// Pressed in deeper than the tool gives way.
     Stall,
 }
 
@@ -131,9 +131,9 @@ impl Reach<'_> {
         })
     }
 
-    /// Contact with a body at the start of a path, and the depth down to which it does not stall.
+    /// Contact with a body at the start of a path, and the largest depth without a stall, mm.
     ///
-    /// A tool pressed in already, after a stall, stalls again only if it goes deeper.
+    /// A tool still pressed in after a stall stalls again only if it goes deeper.
     pub(super) fn at_start(&self, body: Body, before: Option<Contact>) -> (Option<Contact>, f64) {
         let give = self.give();
         let depth = self.depth(body);

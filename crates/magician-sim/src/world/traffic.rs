@@ -1,7 +1,7 @@
 //! Events that the belt causes: it carries objects past sensors and off its end.
 //!
-//! The belt moves linearly, so the edges of an object reach a beam at closed-form times. Only the
-//! last microseconds are searched, because rounding may shift an edge by one.
+//! The belt moves linearly, so the edges of an object reach a beam at closed-form times. Only a
+//! few microseconds at each edge are searched, because rounding may shift it by one.
 
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ pub(super) struct BeltEvent {
     pub(super) falls: Option<u16>,
 }
 
-/// Microseconds searched around a computed edge: its time is exact except for rounding.
+/// Span searched after a computed edge: its time is exact except for rounding.
 const EDGE: Duration = Duration::from_micros(3);
 
 /// Resolution of the arm's clock.
@@ -65,7 +65,7 @@ pub(super) fn next(
     falls.chain(sights).min_by_key(|traffic| traffic.at)
 }
 
-/// Nearest object that a sensor sees, without objects carried by the tool.
+/// Nearest object that a sensor sees, except objects carried by the tool.
 pub(super) fn before(
     scenario: &Scenario,
     scene: &Scene,
@@ -80,8 +80,8 @@ pub(super) fn before(
         .map(|(object, _)| object)
 }
 
-/// Drops an object off the end of the belt, with whatever stands on it. It falls just beside the
-/// end.
+/// Drops an object, with everything stacked on it, just beyond the end of the belt. Returns what it
+/// lands on.
 pub(super) fn run_off(
     scenario: &Scenario,
     scene: &mut Scene,
@@ -124,7 +124,7 @@ impl Watch<'_> {
         }
     }
 
-    /// Instant at which the middle of an object on the belt is beyond the end.
+    /// Instant at which the middle of an object on the belt passes an end.
     fn falls(&self, object: u16) -> Option<ArmInstant> {
         // Only the bottom object of a stack runs off; the others fall with it.
         if self.scene.rest(object) != Support::Belt {
@@ -143,7 +143,7 @@ impl Watch<'_> {
         instants(at, at + EDGE).find(|at| off(*at))
     }
 
-    /// Instant at which a sensor first sees the object come or go.
+    /// Next instant at which any sensor starts or stops seeing the object.
     fn sensor_changes(&self, object: u16) -> Option<ArmInstant> {
         let belt = self.scenario.conveyor()?;
         let solid = self

@@ -97,13 +97,13 @@ impl<'a> ObjectView<'a> {
         self.object.color
     }
 
-    /// Position.
+    /// Position and yaw.
     #[must_use]
     pub fn place(&self) -> ObjectPose {
         self.place
     }
 
-    /// Support.
+    /// What the object rests on.
     #[must_use]
     pub fn rest(&self) -> Support {
         self.state.rest(self.id)
@@ -137,7 +137,7 @@ impl<'a> ObjectView<'a> {
         self.rest() == Support::Tool
     }
 
-    /// True if it fell off everything.
+    /// True if it fell to the floor.
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.rest() == Support::Floor

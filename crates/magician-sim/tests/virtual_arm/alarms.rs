@@ -48,7 +48,8 @@ fn a_joint_target_beyond_a_limit_runs_to_the_limit_and_stops_there() {
     bench.enqueue(&joints_to([170.0, 45.0, 45.0, 0.0]));
     bench.enqueue(&wait(0));
     assert!(bench.alarms().is_empty());
-    // The whole move would take 2.7 s; 35 degrees are left sqrt(2 * 35 / 100) s before its end.
+    // The whole move would take 2.7 s. It is at the limit, 35 degrees before its target,
+    // sqrt(2 * 35 / 100) s before its end.
     assert_eq!(bench.rest(), 1_863_339);
     assert_eq!(bench.alarms(), [0x40]);
     assert_eq!(bench.joints(), [135.0, 45.0, 45.0, 0.0]);
@@ -241,7 +242,7 @@ fn a_pose_out_of_reach_of_an_arm_without_a_tool_says_that_its_tool_is_unknown() 
     // J1 at 180 degrees.
     let behind = [-200.0, 0.0, 0.0, 180.0];
     assert_eq!(told(ToolBias::NONE, behind), (vec![0x12], vec![0x12]));
-    // With a tool set the alarm stands alone, and so does an alarm that does not depend on the
+    // `ToolUnknown` follows neither an alarm with a tool set nor one that does not depend on the
     // tool.
     assert_eq!(
         told(ToolBias::SUCTION, [900.0, 0.0, 0.0, 0.0]),

@@ -4,7 +4,7 @@ use super::arm::{TestArm, joints_to, lasts, ptp, running_arm, trapezoid};
 use magician_protocol::commands::*;
 use std::f64::consts::PI;
 
-/// Start of the arcs: on a circle of 40 mm around (200, 0).
+/// Start of the arcs, on a circle of radius 40 mm around (200, 0).
 const START: [f32; 4] = [200.0, -40.0, 0.0, 0.0];
 const VIA: [f32; 4] = [240.0, 0.0, 0.0, 123.0];
 const END: [f32; 4] = [200.0, 40.0, 0.0, 30.0];
@@ -31,8 +31,8 @@ fn at_start() -> TestArm {
     bench
 }
 
-/// Samples the motion every millisecond: smallest and greatest distance of the tool from the middle
-/// of the circle, and its smallest distance from the point on the way.
+/// Samples the motion every millisecond. Returns the smallest and the greatest distance of the tool
+/// from the centre of the circle, and its smallest distance from `VIA`.
 fn look(bench: &mut TestArm) -> (f64, f64, f64) {
     let (mut least, mut most, mut nearest) = (f64::MAX, 0.0_f64, f64::MAX);
     while bench.state().moving {
@@ -49,7 +49,7 @@ fn look(bench: &mut TestArm) -> (f64, f64, f64) {
 #[track_caller]
 #[test]
 fn half_a_circle_takes_its_length_at_the_speeds_of_point_to_point_moves() {
-    // At power-up 200 mm/s and 200 mm/s2, at half of each.
+    // Values at power-up: 200 mm/s and 200 mm/s2, both at a ratio of 50 %.
     let length = 40.0 * PI;
     let mut bench = at_start();
     bench.enqueue(&arc(VIA, END));
@@ -107,7 +107,7 @@ fn an_arc_is_round_and_goes_through_its_point() {
     let (least, most, nearest) = look(&mut bench);
     assert!(least > 39.99 && most < 40.01, "{least} to {most}");
     assert!(nearest < 0.2, "{nearest}");
-    // In the other sense, by a point on the other side.
+    // In the opposite direction, through a point on the other side.
     let mut bench = at_start();
     bench.enqueue(&arc([160.0, 0.0, 0.0, 0.0], END));
     let (least, most, nearest) = look(&mut bench);

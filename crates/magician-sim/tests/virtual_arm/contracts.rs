@@ -42,7 +42,8 @@ fn every_ctrl_of_every_command_is_echoed_to_the_bit() {
     }
 }
 
-/// Bit 1 alone decides queueing (errata E07), also of rows that the document does not queue.
+/// Bit 1 alone decides whether a command is queued (errata E07), even for rows that the document
+/// does not queue.
 #[test]
 fn whatever_can_be_set_can_be_queued_with_or_without_rw() {
     for row in TABLE.iter().filter(|row| !row.steers_queue()) {
@@ -264,7 +265,7 @@ fn a_motion_at_once_while_it_brakes_finishes_the_braked_command() {
     assert_eq!(bench.joints()[0], 0.0);
 }
 
-/// The factor is that of the profile: 0.949 s at 100 deg/s2 take 0.949 / factor seconds to brake.
+/// Braking takes the time of acceleration divided by the profile's factor: 0.3 s / factor.
 #[test]
 fn a_force_stop_brakes_by_the_profiles_factor_times_the_acceleration_in_force() {
     for factor in [0.5, 1.0, 2.0, 5.0] {
@@ -318,7 +319,7 @@ fn queued_parameters_count_for_the_moves_behind_them_only() {
     );
 }
 
-/// A bias queued behind a move changes the pose, not the joints, and the moves after it.
+/// A bias queued behind a move changes the pose and the moves after it, but not the joints.
 #[test]
 fn a_queued_bias_takes_effect_at_its_turn() {
     let mut bench = arm_with(|profile| profile.power_up.tool = ToolBias::NONE);
@@ -443,7 +444,7 @@ fn asking_for_a_time_while_moving_counts_from_where_the_arm_is() {
     assert_eq!(bench.rest(), SECOND, "and the motion goes on");
 }
 
-/// A limit alarm drops on a way out of the limit that leads back to it.
+/// A limit alarm drops on a path out of the limit, even if the path ends at the limit again.
 #[test]
 fn a_limit_bit_drops_on_a_line_that_ends_at_the_limit_again() {
     let mut bench = arm();
@@ -454,7 +455,7 @@ fn a_limit_bit_drops_on_a_line_that_ends_at_the_limit_again() {
     });
     bench.set(&joints_to([0.0, 80.0, 20.0, 0.0]));
     assert_eq!(bench.alarms(), [0x48]);
-    // The same line further round: in its middle it is closer to the base.
+    // A line to the same J2 and J3 at J1 = 20 degrees: its middle is closer to the base.
     bench.set(&ptp(5, [20.0, 75.0, 20.0, 0.0]));
     assert_eq!(bench.alarms(), [0x48]);
     bench.pass(100_000);
@@ -507,7 +508,7 @@ fn replies_of_two_links_that_talk_at_once_do_not_mix() {
     }
 }
 
-/// An expired link has not sent anything: it remains the one silent for longest.
+/// Neither an expiry nor an empty receive counts as traffic: the link stays the longest silent.
 #[test]
 fn expired_link_stays_longest_silent() {
     let mut arm = Controller::default();
@@ -535,7 +536,8 @@ fn what_is_not_simulated_is_told_once_a_row_and_counted() {
     }
 }
 
-/// At a speed close to zero a motion outlasts the clock; at the end of time it is at its target.
+/// At a speed close to zero a motion outlasts the clock; at the clock's last instant it ends at its
+/// target.
 #[test]
 fn at_the_end_of_time_motions_still_end_where_they_lead() {
     let mut bench = running_arm();
@@ -555,7 +557,7 @@ fn at_the_end_of_time_motions_still_end_where_they_lead() {
     assert_eq!(bench.current_index(), 2);
 }
 
-/// Laser, suction cup and gripper keep their state through stops.
+/// Laser and suction cup keep their state through a forced stop and a clear.
 #[test]
 fn stops_and_clears_leave_the_tool_alone() {
     let mut bench = running_arm();

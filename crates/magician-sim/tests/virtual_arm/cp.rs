@@ -9,7 +9,7 @@ use magician_protocol::commands::*;
 use magician_protocol::{CpMode, Flag};
 use magician_sim::ExternalEvent;
 
-/// All paths of these tests are free of limits from here.
+/// Pose from which the paths of these tests meet no limit.
 const START: [f32; 4] = [200.0, 0.0, 0.0, 0.0];
 
 /// An action on a moving arm.
@@ -50,7 +50,7 @@ fn at_start() -> TestArm {
     bench
 }
 
-/// The same with the queue stopped: a path is collected and runs as a whole.
+/// The same with the queue stopped, so that a whole path is queued before it runs.
 fn collecting() -> TestArm {
     let mut bench = at_start();
     bench.set(&QueuedCmdStopExec {});
@@ -71,7 +71,7 @@ fn speeds(plan_acc: f32, junction_vel: f32) -> CpParams {
     }
 }
 
-/// Speed of the tool over the next millisecond, mm/s; that millisecond passes.
+/// Advances the arm by 1 ms; returns the mean speed of the tool, mm/s.
 fn speed(bench: &mut TestArm) -> f64 {
     let before = bench.state().pose;
     bench.pass(1000);
@@ -195,7 +195,7 @@ fn in_real_time_a_segment_takes_a_period_and_corners_do_not_count() {
 
 #[test]
 fn segments_that_come_in_time_lose_none() {
-    // Segments known a second before the end are known in time: the ramp down takes a second.
+    // A segment queued a second before the end is early enough: the ramp down takes a second.
     let mut bench = at_start();
     bench.enqueue(&by([0.0, 60.0, 0.0]));
     bench.pass(300_000);
@@ -268,7 +268,7 @@ fn start_in_the_middle_of_a_segment_ends_it_and_begins_the_next() {
     bench.pass(300_000);
     bench.set(&QueuedCmdStopExec {});
     bench.pass(200_000);
-    // After 0.5 s at 100 mm/s2, the next 50 mm from rest to rest.
+    // The first segment ends after 0.5 s at 100 mm/s2; the next 50 mm run from rest to rest.
     bench.start();
     lasts(bench.rest(), 2.0 * 0.5_f64.sqrt());
     let way = bench.pose()[1];
@@ -387,7 +387,7 @@ fn a_segment_that_leaves_the_limits_on_its_way_ends_there() {
     assert!(!bench.state().moving && !bench.state().laser);
     assert_eq!(bench.current_index(), 3);
     let [x, y, z, _] = bench.pose();
-    // J2 - J3 = -70 is a sphere of 50.4 mm around the origin.
+    // The limit J2 - J3 = -70 degrees is a sphere of radius 50.4 mm around the origin.
     let limit = (135.0_f32.powi(2) + 147.0_f32.powi(2)
         - 2.0 * 135.0 * 147.0 * 70.0_f32.to_radians().sin())
     .sqrt();
@@ -432,7 +432,8 @@ fn speeds_that_are_none_are_refused_and_a_segment_of_no_length_is_not_missed() {
 
 #[test]
 fn the_sum_of_a_path_does_not_depend_on_how_early_it_is_sent() {
-    // A ring in chords of 2 mm, within the look-ahead of a full queue, sent at once and one by one.
+    // A ring in 30 chords of 4.2 mm, within the look-ahead of a full queue: sent at once, then one
+    // per millisecond.
     let chords: Vec<CpCmd> = (1..=30)
         .map(|at| {
             let (sin, cos) = (f64::from(at) * 12.0_f64).to_radians().sin_cos();
@@ -458,7 +459,7 @@ fn the_sum_of_a_path_does_not_depend_on_how_early_it_is_sent() {
     assert_eq!(fresh.get::<CpParams>(), speeds(100.0, 100.0));
 }
 
-/// The arm brakes along its path and does not stop at once before an impossible segment.
+/// Before an impossible segment the arm brakes along its path; it does not stop abruptly.
 #[test]
 fn a_path_comes_to_rest_before_a_segment_that_cannot_be() {
     for bad in [[900.0, 0.0, 0.0], [f32::NAN, 0.0, 0.0]] {

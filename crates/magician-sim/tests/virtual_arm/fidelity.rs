@@ -168,7 +168,7 @@ fn strict_arm_accepts_everyday_commands() {
     assert_eq!(refusals(&mut bench), []);
 }
 
-/// A choice that is kept states its reason; a fact does not.
+/// Only choices are refused or kept. Every assumption has a section and a text of its own.
 #[test]
 fn only_kept_choices_state_a_reason() {
     for assumption in Assumption::ALL {

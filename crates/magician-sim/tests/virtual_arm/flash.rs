@@ -10,7 +10,7 @@ fn text(of: &str) -> Text {
     Text::new(of).unwrap()
 }
 
-/// Sets one of every stored value.
+/// Sets every stored value.
 fn fill(bench: &mut TestArm) {
     let device_name = text("Ada \"=\n\u{e4}");
     bench.set(&DeviceName { device_name });
@@ -62,7 +62,7 @@ fn fill(bench: &mut TestArm) {
     bench.set(&QueuedCmdStopDownload {});
 }
 
-/// Answers to gets of all stored values.
+/// Reads all stored values; returns the parameters of the replies.
 fn kept(bench: &mut TestArm) -> Vec<Vec<u8>> {
     [0u8, 1, 140, 141, 142, 151, 152, 153, 154, 155, 156]
         .into_iter()

@@ -12,7 +12,7 @@ fn exchanges_of_a_fresh_arm() {
     let exchanges = [
         // captured: forum topic on the raw protocol
         ("AA AA 04 03 01 01 00 FB", "AA AA 02 03 01 FC"),
-        // a host of today: rail of the second generation
+        // a current host: rail of the second generation
         ("AA AA 04 03 01 01 01 FA", "AA AA 02 03 01 FC"),
         // computed from the kinematics in binary64: x 259.10413 with the suction cup, z -8.485281,
         // J2 and J3 45
@@ -70,7 +70,7 @@ fn power_up_alarm() {
 #[test]
 fn queued_frames_of_real_hosts_get_indices_1_2_3() {
     let mut bench = running_arm();
-    // MOVJ to 250, 0, 0: a forum user's frame, its index as the document counts
+    // MOVJ to 250, 0, 0: a forum user's frame; its index follows the document's numbering
     bench.exchange(
         "AA AA 13 54 03 01 00 00 7A 43 00 00 00 00 00 00 00 00 00 00 00 00 EB",
         "AA AA 0A 54 03 01 00 00 00 00 00 00 00 A8",
@@ -102,7 +102,7 @@ fn captured_queuing_by_bit_1_alone() {
 #[test]
 fn damaged_frames_get_no_answer_and_have_no_effect() {
     for frame in [
-        // a wrong checksum, as a forum user sent it: EA for EB
+        // a checksum too small by 1, EC for ED, as in S008 of host_frames.txt (EA for EB)
         "AA AA 13 54 01 01 00 00 7A 43 00 00 00 00 00 00 00 00 00 00 00 00 EC",
         "AA AA 02 F0 01 00",
         "AA AA 02 00 D6",

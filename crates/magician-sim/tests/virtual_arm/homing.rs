@@ -212,7 +212,8 @@ fn a_home_point_out_of_reach_is_stored_and_passed_over_when_homing_gets_there() 
     }
 }
 
-/// Instants in the middle of each stage: two searches, backing off, both creeps, and the move home.
+/// Instants within each stage (two in the search, then backing off, both creeps, the move home),
+/// and whether the arm is homed by then.
 const WITHIN: [(Micros, bool); 6] = [
     (300_000, false),
     (4 * SECOND, false),
@@ -231,7 +232,7 @@ fn a_force_stop_brakes_at_every_stage() {
         let before = true_base(&bench);
         bench.set(&QueuedCmdForceStopExec {});
         let lasted = bench.rest();
-        // At twice 200 deg/s2 at 50 %.
+        // From 30 deg/s at 200 deg/s2: twice the PTP acceleration, 200 deg/s2 at 50 %.
         assert!(lasted <= 150_000, "{lasted}");
         let state = bench.state();
         assert!((true_base(&bench) - before).abs() <= 30.0 * 30.0 / 400.0 + 1e-9);

@@ -1,4 +1,4 @@
-//! Behaviour that known hosts rely on; each test is a habit of an existing program.
+//! Behaviour that known hosts rely on; each test reproduces a habit of an existing program.
 
 use super::arm::{SECOND, USB, arm, home, joints_to, ptp, running_arm, wait};
 use magician_protocol::commands::*;

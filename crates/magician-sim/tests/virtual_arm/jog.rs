@@ -4,7 +4,7 @@ use super::arm::{SECOND, TestArm, arm_with, jog, joints_to, ptp, running_arm, wa
 use magician_motion::JointAngles;
 use magician_protocol::commands::*;
 
-/// J1 to J4 as 1 to 4, or X to R.
+/// Code of a jog command. Axes 1 to 4 are J1 to J4, or X, Y, Z and R.
 fn command(axis: u8, positive: bool) -> u8 {
     2 * axis - u8::from(positive)
 }
@@ -23,7 +23,7 @@ fn near(value: f64, expected: f64) {
     );
 }
 
-/// Distance of an axis after a time from rest.
+/// Distance that an axis covers from rest in `seconds`, which include the whole ramp.
 fn way(seconds: f64, velocity: f64, acceleration: f64) -> f64 {
     let ramp = velocity / acceleration;
     0.5 * velocity * ramp + velocity * (seconds - ramp)
@@ -184,7 +184,7 @@ fn a_limit_ends_a_jog_with_its_alarm_and_the_way_back_is_open() {
         bench.set(&jog(true, command(axis, positive)));
         assert_eq!((bench.rest(), bench.alarms()), (0, vec![code]));
         assert_eq!(joints(&bench)[at], limit);
-        // Clearing the alarms does not help there.
+        // Clearing the alarms has no effect at the limit.
         bench.set(&ClearAllAlarmsState {});
         assert_eq!(bench.alarms(), [code]);
         let held = bench.enqueue(&wait(0));

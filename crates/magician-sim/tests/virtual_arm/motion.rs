@@ -168,7 +168,7 @@ fn the_bias_moves_the_reported_pose_at_once_and_no_joint() {
     assert_eq!(bench.pose()[0], 259.104_13);
     assert_eq!(bench.joints(), joints);
     assert_eq!(bench.get::<HomeParams>().x, 259.104_13);
-    // The same on the way.
+    // The same during a motion.
     bench.set(&ptp(7, [0.0, 50.0, 0.0, 0.0]));
     bench.pass(500_000);
     let before = bench.get::<Pose>();

@@ -17,7 +17,7 @@ fn download(bench: &mut TestArm, total_loop: u32, lines: impl FnOnce(&mut TestAr
     bench.set(&QueuedCmdStopDownload {});
 }
 
-/// A program of 10 degrees in one direction and a wait of a second, with this many passes.
+/// A running arm with a stored program: J1 by 10 degrees, a wait of a second, `loops` passes.
 fn downloaded(loops: u32) -> TestArm {
     let mut bench = running_arm();
     download(&mut bench, loops, |bench| {
@@ -27,7 +27,7 @@ fn downloaded(loops: u32) -> TestArm {
     bench
 }
 
-/// 10 degrees at 100 deg/s and 100 deg/s2.
+/// Duration of a move by 10 degrees at 100 deg/s and 100 deg/s2.
 fn step() -> Micros {
     (2.0 * (0.1f64).sqrt() * 1e6).ceil() as Micros
 }
@@ -137,7 +137,7 @@ fn a_path_of_the_host_comes_to_rest_before_it() {
     assert!(bench.state().program);
     bench.rest();
     assert_eq!(bench.current_index(), 22);
-    // 61 mm along x in two segments, with 10 degrees between them.
+    // 20 segments, 61 mm in all, interrupted by the program's turn of 10 degrees.
     let (pose, began) = (bench.state().pose, 259.104_13);
     let turned = pose.y.hypot(pose.x) - began;
     assert!((40.0..61.0).contains(&turned), "{turned}");
@@ -170,7 +170,7 @@ fn a_path_in_the_program_flows() {
     assert_eq!(stored.rest(), lasted, "it looks ahead as the queue does");
     assert_eq!(stored.state().pose, live.state().pose);
 
-    // With more lines than are read ahead.
+    // With more commands than the arm reads ahead.
     let mut long = running_arm();
     download(&mut long, 2, |bench| {
         for _ in 0..20 {

@@ -30,7 +30,7 @@ fn number(text: &str) -> f64 {
     text.parse().expect("a number")
 }
 
-/// Largest distance between the poses of an arm and the recorded ones, mm: the worst of x, y and z.
+/// Largest deviation of x, y or z of a virtual arm from the recorded pose, mm.
 fn worst(mut profile: Profile) -> f64 {
     let mut recorded = rows(RECORDING).map(|row| {
         let [at, x, y, z] = row[..] else {

@@ -18,7 +18,7 @@ fn the_pattern_and_an_empty_file_are_the_built_in_profile() {
     assert_eq!(Profile::default().arm_model(), ArmModel::MAGICIAN);
 }
 
-/// Each single value of the pattern is a valid profile, also where a section has several.
+/// Each value of the pattern alone is a valid profile, even if its section has several.
 #[test]
 fn a_profile_gives_what_differs() {
     let pattern = Profile::pattern();

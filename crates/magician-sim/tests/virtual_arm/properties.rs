@@ -1,4 +1,5 @@
-//! Properties of random runs: cuts do not matter, nothing panics, everything ends.
+//! Properties of random runs: splitting time or bytes changes nothing, nothing panics, everything
+//! ends.
 
 use super::host;
 use magician_motion::{Geometry, ToolBias};
@@ -9,11 +10,11 @@ use magician_sim::{
 };
 use proptest::prelude::*;
 
-/// Period of the arm.
+/// Control period of the arm.
 const PERIOD_US: u64 = 20_000;
 
-/// A number as sent by a good host, a bad host, or chance. Boxed, because strategies are large on
-/// the stack.
+/// A number: plausible, extreme, or of arbitrary bits. Boxed, because strategies are large on the
+/// stack.
 fn number() -> BoxedStrategy<f32> {
     prop_oneof![
         4 => -200.0f32..300.0,
@@ -27,7 +28,7 @@ fn number() -> BoxedStrategy<f32> {
     .boxed()
 }
 
-/// A frame of a command in the table, with numbers of any kind.
+/// Bytes of a request: a command with numbers of any kind, or sometimes garbage.
 fn request() -> impl Strategy<Value = Vec<u8>> {
     let ids: Vec<u8> = TABLE.iter().map(|row| row.id).collect();
     let any_command = (
@@ -149,7 +150,7 @@ fn frame(id: u8, ctrl: u8, params: &[u8]) -> Vec<u8> {
         .to_vec()
 }
 
-/// A path with interruptions: stop, start, clear, forced stop, cleared alarms.
+/// A frame of an interrupted path: a segment, start, stop, forced stop, clear, or clear alarms.
 fn interfered() -> impl Strategy<Value = Vec<u8>> {
     let near = prop::array::uniform3(-12.0f32..12.0);
     let place = prop::array::uniform3(-60.0f32..60.0);
@@ -294,7 +295,7 @@ fn act_by(arm: &mut Controller, deed: &Deed, send: impl FnOnce(&mut Controller, 
     }
 }
 
-/// Ends everything that a hand or a stored program may keep going.
+/// Ends a stored program and releases the unlock key, since either may last forever.
 fn let_go(arm: &mut Controller) {
     if arm.state().program {
         arm.press(Press::Short);
@@ -350,7 +351,7 @@ fn live(
     story
 }
 
-/// Appends the visible state of an arm to the log.
+/// Appends the pending replies and events of an arm and its visible state to the log.
 fn tell(arm: &mut Controller, story: &mut String) {
     while let Some(reply) = arm.poll_transmit(LinkId(0)) {
         story.push_str(&format!("{reply:?}\n"));
@@ -452,8 +453,8 @@ proptest! {
                 arm.advance(before.now.after_micros(1000).min(until));
                 let now = arm.state();
                 prop_assert!(within_limits(&now), "{now:?}");
-                // Poses change only with a period. A segment of less than one and a half periods is
-                // done in one, so it is up to half faster.
+                // Poses change only at the end of a period. A segment of less than 1.5 periods is
+                // done in one period, so it may run up to 50 % faster.
                 let period = before.now.as_micros() / PERIOD_US != now.now.as_micros() / PERIOD_US;
                 let way = now.pose.distance_to(&before.pose);
                 let most = if period { 1.5 * f64::from(junction_vel) * PERIOD_US as f64 / 1e6 } else { 0.0 };

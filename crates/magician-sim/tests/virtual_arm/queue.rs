@@ -49,7 +49,7 @@ fn a_full_queue_stores_nothing_and_says_so() {
         assert_eq!(bench.enqueue(&wait(1)), index);
     }
     assert_eq!(bench.left_space(), 0);
-    // WAIT 1 ms, queued: eight bytes of 0, Ctrl bit 2.
+    // The reply to a queued WAIT of 1 ms has eight zero bytes, and bit 2 of Ctrl set.
     let request = FrameBuf::new(110, Ctrl::QUEUED, &[1, 0, 0, 0]).unwrap();
     let replies = bench.send(request.bytes());
     assert_eq!(
@@ -122,7 +122,7 @@ fn force_stop_brakes_drops_the_motion_and_leaves_the_queue_stopped() {
     let mut bench = running_arm();
     bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
     bench.enqueue(&joints_to([-90.0, 45.0, 45.0, 0.0]));
-    // After a second J1 turns at 94.868 deg/s; twice 100 deg/s2 brakes it in 0.474 s.
+    // After 0.949 s J1 turns at 94.868 deg/s; twice 100 deg/s2 brakes it in 0.474 s.
     bench.pass(948_683);
     let fast = bench.joints()[0];
     bench.set(&QueuedCmdForceStopExec {});
@@ -241,7 +241,7 @@ fn queue_steering_is_never_queued_itself() {
         assert_eq!(reply.frame().params(), [0u8; 0], "id {id}");
     }
     assert_eq!(bench.enqueue(&wait(0)), 1);
-    // Ids 246 and 247 answer their value with any Ctrl.
+    // Ids 246 and 247 return their value under any Ctrl.
     assert_eq!(
         bench.frame(247, Ctrl::QUEUED, &[]).frame().params().len(),
         4

@@ -247,7 +247,7 @@ fn a_limit_on_the_arms_way_stops_the_carriage_with_it() {
     assert!(lasting < 4 * SECOND);
     near(bench.joints()[0], 135.0);
     let there = place(&mut bench);
-    // Three quarters of the arm's motion, a triangle of 4 s: after 2.586 s.
+    // The limit is at 3/4 of the arm's path: after 2.586 s of a triangular profile of 4 s.
     near(there, 208.5786);
     assert_eq!(bench.alarms(), [0x40]);
 }
@@ -282,7 +282,7 @@ fn outputs_count_the_carriages_way_where_the_arm_rests() {
         assert!(high(&bench) && bench.state().moving, "{joint}");
         bench.rest();
     }
-    // The arm stands still, so it switches at once.
+    // Nothing moves, so the output switches at once.
     arm::output(&mut bench, 18, false);
     bench.enqueue(&command(30.0, 600.0));
     assert!(high(&bench));
@@ -395,7 +395,7 @@ fn a_jog_comes_to_rest_at_the_ends() {
     assert!(!bench.state().moving);
     jog(&mut bench, JogCommand::RailMinus);
     bench.pass(10 * SECOND + SECOND / 2);
-    // The rail is already slowing down; a stop takes it no further than the end.
+    // The carriage is already slowing down; a stop takes it no further than the end.
     jog(&mut bench, JogCommand::Stop);
     bench.rest();
     near(place(&mut bench), 0.0);
@@ -499,7 +499,7 @@ fn homing_takes_the_carriage_to_its_end() {
         "{lasting}, not {searched}"
     );
     assert!(bench.state().homed);
-    // Without the rail it does not move.
+    // With the rail switched off the carriage does not move.
     let mut bench = on_rail();
     bench.enqueue(&rail_to(300.0));
     bench.rest();

@@ -13,7 +13,7 @@ use settings::Settings;
 /// Settings and flash.
 #[derive(Clone, Debug)]
 pub(crate) struct Store {
-    /// Settings of hosts, each value as it was sent.
+    /// Settings sent by hosts.
     pub(crate) settings: Settings,
     flash: Flash,
     /// Number of writes to the flash since power-up.

@@ -25,7 +25,7 @@ impl Program {
 
     /// True if the position is the first of its pass.
     pub(crate) fn begins_pass(&self, at: u64) -> bool {
-        // `max(1)` guards the division: an empty program never runs.
+        // `max(1)` is for an empty program, which never runs.
         at.is_multiple_of(self.lines.len().max(1) as u64)
     }
 }

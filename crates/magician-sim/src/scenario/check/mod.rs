@@ -1,7 +1,8 @@
 //! Validation of a scenario file, and its conversion to a [`Scenario`].
 //!
-//! The checks run in the order of the file's sections. The first invalid value ends the validation
-//! with a [`Diagnostic`]: the path to the value and a sentence that says what to do.
+//! The checks run in a fixed order: table and conveyor before the objects that rest on them. The
+//! first invalid value ends the validation with a [`Diagnostic`]: the path to the value and a
+//! sentence that says what to do.
 
 use super::error::{Diagnostic, Key};
 use super::file::{self, Facing, File};
@@ -17,7 +18,7 @@ mod script;
 pub(super) use objects::intersect;
 use rules::{Checked, SectionPath};
 
-/// Validates a file and returns its meaning.
+/// Validates a file and converts it to a scenario.
 pub(super) fn scenario(file: File) -> Checked<Scenario> {
     let (table, conveyor) = (file.table, file.conveyor);
     table.as_ref().map_or(Ok(()), check_table)?;
@@ -48,7 +49,7 @@ pub(super) fn scenario(file: File) -> Checked<Scenario> {
 fn check_arm(arm: &Arm) -> Checked<()> {
     let at = SectionPath::section("arm");
     at.number("base_angle", arm.base_angle, -180.0..=180.0, "deg")?;
-    // Homing makes both angles equal (model section 11).
+    // Homing makes the assumed base angle equal to the true one (model section 11).
     if arm.homed && arm.base_angle != 0.0 {
         return at.diagnostic(
             "base_angle",
@@ -146,7 +147,8 @@ fn beam(at: &SectionPath, sensor: &file::Sensor, conveyor: Option<&Conveyor>) ->
 fn free_beam(at: &SectionPath, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
     at.numbers("at", &from, -MAX_DISTANCE..=MAX_DISTANCE, "mm")?;
     at.absent("above", sensor.above.is_some(), "above is for belt_at")?;
-    // 50 mm, and 5 mm above the belt further down, are choices that suit small cubes.
+    // The default range of 50 mm and the heights above the belt in `belt_beam` are choices that
+    // suit small cubes.
     let range = at.length("range", sensor.range.unwrap_or(50.0), MAX_DISTANCE)?;
     Ok(match sensor.facing.unwrap_or(Facing::Down) {
         Facing::Up => Beam::upright(from, range),

@@ -74,8 +74,7 @@ impl WorldState {
         let begins = after && !before && self.scene.held().is_none();
         self.grips.begun += u64::from(begins);
         let frames = self.frames(now, joint_state);
-        // Before the state changes: an open gripper grasps, a closed one has nothing between its
-        // fingers.
+        // Computed before the state changes: a closed gripper has nothing between its fingers.
         let reached_for = begins.then(|| self.reach(frames).within_grasp()).flatten();
         self.tool = tool;
         if let Some(object) = reached_for {
@@ -102,7 +101,7 @@ impl WorldState {
         }
     }
 
-    /// Takes an object onto which a cup with suction already on was put.
+    /// At the end of a motion with the suction on, takes the object under the cup.
     fn take_if_sucking(&mut self, now: ArmInstant, joint_state: &JointState) {
         let sucks = self.scenario.tool().kind == ToolKind::Suction && self.tool.sucking;
         if !sucks || self.scene.held().is_some() {

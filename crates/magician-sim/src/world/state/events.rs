@@ -28,7 +28,7 @@ impl WorldState {
         }
         loop {
             let at = self.next_event().filter(|at| *at <= now)?;
-            // Of one instant: contacts first, because the script may react to them; then the belt.
+            // Order within one instant: contacts and carried objects, the belt, the script.
             let event = if self
                 .changes
                 .front()
@@ -80,11 +80,11 @@ impl WorldState {
             (None, Contact::Knock, Body::Object(object)) => WorldEventKind::Knocked(object),
             (None, ..) => WorldEventKind::Touched(body),
             (Some(_), Contact::Stall, _) => WorldEventKind::Pressed(body),
-            // From a stall back to a touch, or a contact that only goes on.
+            // A stall that eases to a touch, or a contact that continues, is no event.
             _ => return None,
         };
         self.events.push(at, first);
-        // The touch itself was reported before.
+        // The touch was reported when the contact began.
         if before.is_some() {
             return Some(stalls);
         }

@@ -23,7 +23,7 @@ fn touch(body: Body, stalls: bool) -> ExternalEvent {
     ExternalEvent::Touch { body, stalls }
 }
 
-/// Compares touches, with a tolerance of a microsecond.
+/// Compares touches, with a tolerance of 100 us.
 fn assert_touches(arm: &Arm, expected: &[(Micros, ExternalEvent)]) {
     let touches = arm.touches();
     let alike = touches.len() == expected.len()
@@ -243,7 +243,7 @@ proptest! {
                 tip.z < -70.001 || (over && tip.z < -50.001)
             })
             .expect("it ends in the table");
-        // A corner of the cube that is grazed for less than two millimetres may be missed.
+        // A corner of the cube that is grazed for less than 2.5 mm may be missed.
         let grazed = found > dense && {
             let (one, other) = (way.pose(dense), way.pose(found));
             let leaves = (dense..found)

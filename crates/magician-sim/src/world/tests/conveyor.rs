@@ -6,8 +6,8 @@ use super::{Arm, SECOND, near};
 use crate::Micros;
 use crate::world::{ExternalEvent, Support, WorldEvent, WorldEventKind};
 
-/// A belt along X at -50, 300 mm long. The light barrier crosses it at 200, the colour sensor is
-/// above 100.
+/// A belt along X at height -50, 300 mm long. The light barrier crosses it at 200, the colour
+/// sensor is above 100.
 const BELT: &str = r#"
 [tool]
 kind = "suction"

@@ -110,7 +110,7 @@ fn a_touch_of_the_paper_is_a_dot() {
     assert_eq!(drawing.strokes().len(), 1);
 }
 
-/// A path that repeats a circle of 20 mm.
+/// A path on a circle of 20 mm radius, at `turns` turns per second.
 fn circle(arm: &Arm, turns: f64) -> impl Fn(Micros) -> crate::world::JointState + use<> {
     let geometry = arm.geometry;
     move |at| {
@@ -141,7 +141,7 @@ fn a_circle_is_as_round_as_promised() {
         };
         let worst = stroke.points.windows(2).map(sagitta).fold(0.0, f64::max);
         assert!(worst <= 0.02, "{worst}");
-        // Few more than needed: a chord with a sagitta of 0.02 spans 5.1 degrees.
+        // A chord with a sagitta of 0.02 mm spans 5.1 degrees, so a turn needs 71 points.
         let points = stroke.points.len() as f64;
         assert!((71.0 * turns..300.0 * turns).contains(&points), "{points}");
     }

@@ -1,4 +1,4 @@
-//! The pick-and-sort example, driven by hand like a program would do over the protocol.
+//! The pick-and-sort example, driven by direct calls as a program would over the protocol.
 
 use magician_protocol::Port;
 

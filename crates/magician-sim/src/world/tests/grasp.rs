@@ -84,7 +84,7 @@ fn a_stack_is_carried_as_one() {
     arm.go([200.0, 50.0, 0.0, 0.0], SECOND);
     arm.go([210.0, -50.0, -40.0, 0.0], SECOND);
     arm.suck(false);
-    // The blue cube, beside the red one on top of it.
+    // Takes the blue cube at a point beside the red one, which stands on it.
     arm.go([229.0, -46.0, 0.0, 0.0], SECOND);
     arm.go([229.0, -46.0, -60.0, 0.0], SECOND);
     arm.suck(true);
@@ -94,8 +94,8 @@ fn a_stack_is_carried_as_one() {
     let look = arm.look();
     let (red, blue) = (look.object("red").unwrap(), look.object("blue").unwrap());
     assert!(blue.is_held() && red.on("blue"));
-    // 10 mm forward was (-10, 0) from the middle of the blue cube; turned by 90 degrees it is (0,
-    // -10).
+    // The red cube was at (-10, 0) from the middle of the blue one; turned by 90 degrees it is at
+    // (0, -10).
     let between = [
         red.place().x - blue.place().x,
         red.place().y - blue.place().y,
@@ -128,7 +128,7 @@ fn the_cup_takes_only_what_it_is_on() {
         ([210.1, 50.0, -50.0], None),
         ([200.0, 50.0, -49.1], Some("red")),
         ([200.0, 50.0, -48.9], None),
-        // Pressed down by as much as the cup gives way, and more.
+        // Pressed down by almost as much as the cup gives way, then by more.
         ([200.0, 50.0, -54.9], Some("red")),
         ([200.0, 50.0, -55.1], None),
         // The blue cube is turned: its corner is at (227.0, -32.1), further out than any side.
@@ -167,7 +167,7 @@ fn the_gripper_takes_what_fits_between_its_fingers() {
         // Further aside than there is room.
         ([200.0, 54.0, -60.0, 0.0], false),
         ([200.0, 53.0, -60.0, 0.0], true),
-        // Too high, and the palm on top of the cube.
+        // Too high; then as low as possible, with the palm just above the cube.
         ([200.0, 50.0, -51.0, 0.0], false),
         ([200.0, 50.0, -69.9, 0.0], true),
     ] {

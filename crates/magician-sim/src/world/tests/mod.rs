@@ -169,7 +169,7 @@ impl Arm {
         self.go_until(to, lasting, lasting);
     }
 
-    /// Starts towards a pose, but stops at once after a while.
+    /// Starts towards a pose, but stops abruptly `stopped` microseconds after the start.
     fn go_until(&mut self, to: [f64; 4], lasting: Micros, stopped: Micros) {
         let way = Way {
             geometry: self.geometry,

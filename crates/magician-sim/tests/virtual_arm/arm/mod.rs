@@ -26,8 +26,8 @@ pub fn arm() -> TestArm {
     arm_with(|_| ())
 }
 
-/// A profile in continuous time, for which closed forms hold, with indices from 1, so that an index
-/// is the number of its command.
+/// A profile in continuous time, for which closed forms hold. Indices start at 1, so that the index
+/// of a command is its number.
 fn plain() -> Profile {
     let mut profile = Profile::continuous();
     profile.queue.first_index = 1;
@@ -87,12 +87,12 @@ impl TestArm {
         self.arm.exchange(link, bytes)
     }
 
-    /// Pending replies of a peer.
+    /// Pending replies on a link.
     pub fn replies(&mut self, link: LinkId) -> Vec<FrameBuf> {
         self.arm.exchange(link, &[])
     }
 
-    /// Sends a line of hex and expects another one.
+    /// Sends a request and expects a reply, both in hex.
     #[track_caller]
     pub fn exchange(&mut self, request: &str, reply: &str) {
         let replies = self.send(&hex(request));
@@ -100,7 +100,8 @@ impl TestArm {
         assert_eq!(bytes, hex(reply), "reply to {request}: {replies:?}");
     }
 
-    /// Sends a frame and expects exactly one reply with the same id and Ctrl.
+    /// Sends a frame and expects exactly one reply with the same id and Ctrl. Ignores bit 2 of the
+    /// reply's Ctrl, which a full queue sets.
     #[track_caller]
     pub fn frame(&mut self, id: u8, ctrl: Ctrl, params: &[u8]) -> FrameBuf {
         let replies = self.send(FrameBuf::new(id, ctrl, params).unwrap().bytes());
@@ -191,7 +192,7 @@ impl TestArm {
         self.get::<Pose>().joint_angle
     }
 
-    /// Events so far, without assumptions.
+    /// Takes all pending events; drops `Event::Assumes`.
     pub fn events(&mut self) -> Vec<Event> {
         std::iter::from_fn(|| self.arm.poll_event())
             .filter(|event| !matches!(event, Event::Assumes { .. }))
@@ -289,7 +290,7 @@ pub fn trapezoid(way: f64, velocity: f64, acceleration: f64) -> f64 {
     }
 }
 
-/// Duration from an angle of the base until its switch has referenced it, s (model section 11).
+/// Duration of referencing the base at its switch from the angle `j1`, s (model section 11).
 pub fn search_lasts(j1: f64) -> f64 {
     trapezoid(j1 + 135.0, 20.0, 30.0)
         + trapezoid(0.5, 20.0, 30.0)
@@ -297,7 +298,7 @@ pub fn search_lasts(j1: f64) -> f64 {
         + trapezoid(0.25, 0.5, 30.0)
 }
 
-/// Duration of homing from an angle of the base to the default home point, s.
+/// Duration of homing from the angle `j1` of the base to the default home point, s.
 pub fn homing_lasts(j1: f64) -> f64 {
     search_lasts(j1) + trapezoid(135.0, 30.0, 30.0)
 }

@@ -8,8 +8,8 @@ use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
 /// Links in use: more than the controller keeps.
 const LINKS: u8 = 70;
-/// Most events of a full queue: ends, waits, outputs and limits of 32 commands and one immediate
-/// motion.
+/// Upper bound of the events of a full queue: ends, waits, outputs and limits of 32 commands and
+/// one immediate motion.
 const MOST_EVENTS: u32 = 4_000;
 /// Numbers that tend to break programs.
 const TELLING: [f32; 16] = [
@@ -31,7 +31,7 @@ const TELLING: [f32; 16] = [
     f32::NAN,
 ];
 
-/// The driving bytes, consumed from the front; zeros at the end.
+/// Bytes that drive the host, consumed from the front. Once they are used up, zeros follow.
 struct Script<'a>(&'a [u8]);
 
 impl Script<'_> {
@@ -74,14 +74,14 @@ impl Script<'_> {
     }
 }
 
-/// An arm and its expected state.
+/// A run of the hostile host against one arm.
 pub struct Life {
     pub arm: Controller,
     /// Number of steps so far.
     pub steps: u64,
     /// Hash of everything visible so far, replies and states, bit for bit.
     pub story: u64,
-    /// Longest piece in which time passes, us.
+    /// Longest step by which the clock advances, us.
     piece: u64,
     current: u64,
 }
@@ -99,7 +99,7 @@ impl Default for Life {
 }
 
 impl Life {
-    /// A run whose time passes in small pieces; its hash must equal that of the run without.
+    /// A run whose clock advances in small steps; its hash must equal that of a default run.
     pub fn in_pieces() -> Self {
         Self {
             piece: 1_234_567,
@@ -128,7 +128,7 @@ impl Life {
             1 => self.pass(u64::from(u16::from_le_bytes(script.bytes()))),
             2 => self.pass(u64::from(u32::from_le_bytes(script.bytes())) % 100_000_000),
             3 => {
-                // A motion may outlast the clock; it is not waited for.
+                // A motion may outlast the clock, so skip events more than an hour away.
                 let near = self.arm.now().after_micros(3_600_000_000);
                 if let Some(at) = self.arm.poll_timeout().filter(|at| *at < near) {
                     self.arm.advance(at);
@@ -163,7 +163,7 @@ impl Life {
                 self.send(LinkId(1), 110, Ctrl::QUEUED, &milliseconds.to_le_bytes());
             }
             14 => {
-                // A parameter set of one to nine numbers.
+                // Any command of the table, its parameters filled with up to nine numbers.
                 let row = &TABLE[usize::from(script.byte()) % TABLE.len()];
                 let size = row.set.and_then(|set| set.size()).unwrap_or(8).min(36);
                 let ctrl = [Ctrl::QUEUED, Ctrl::SET][usize::from(script.byte() % 2)];

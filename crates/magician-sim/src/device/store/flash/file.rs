@@ -10,11 +10,11 @@ use super::{Flash, FlashError};
 use crate::device::store::program::Program;
 use crate::profile::{MAX_NAME, MAX_SERIAL, MAX_STORED_COMMANDS};
 
-/// Version written, and the only one read.
+/// Format version: the only one written and accepted.
 const VERSION: u32 = 1;
 
-/// The version alone, whatever the rest of the file is: a newer file must report its version and
-/// not an unknown key.
+/// The version alone. It is read first, so that a newer file is reported by its version and not by
+/// an unknown key.
 #[derive(Deserialize)]
 struct Versioned {
     version: u32,
@@ -131,7 +131,7 @@ impl Flash {
         format!("# What a virtual Dobot Magician keeps without power.\n{text}")
     }
 
-    /// Parses a flash. Every value must be present, and no other.
+    /// Parses a flash file. Every key must be present; unknown keys are errors.
     ///
     /// # Errors
     /// [`FlashError`] if the text is not a valid flash file.
@@ -215,7 +215,7 @@ fn line_of_hex(hex: &str) -> Option<Set> {
         .collect();
     let bytes = bytes?;
     let frame = Frame::new(&bytes)?;
-    // Read back by the decoder of the controller: a file holds what a host could have queued.
+    // The controller's own decoder: a file may contain only commands that a host could queue.
     match Request::decode(&frame) {
         Ok(Request::Queue(set)) => Some(set),
         _ => None,
