@@ -1,6 +1,6 @@
 //! Commands in the schema of plan files: their fields, with the bounds of the protocol table. The
-//! rest of the schema is written by hand; `schemars` could generate only the smaller part, since
-//! table rows derive no types.
+//! rest of the schema is written by hand. `schemars` could generate only that smaller part: it
+//! derives schemas from Rust types, and the commands are rows of a table.
 
 use std::error::Error;
 use std::fs;
@@ -12,12 +12,12 @@ use serde_json::{Map, Value, json};
 
 use crate::python::field_description;
 
-/// Schema file, written by hand except for the commands.
-const FILE: &str = "crates/magician-formats/plan.schema.json";
+/// Schema of plan files.
+const SCHEMA_FILE: &str = "crates/magician-formats/plan.schema.json";
 
 /// Writes the commands into the schema.
 pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
-    let path = root.join(FILE);
+    let path = root.join(SCHEMA_FILE);
     let schema = with_commands(serde_json::from_str(&fs::read_to_string(&path)?)?)?;
     fs::write(path, serde_json::to_string_pretty(&schema)? + "\n")?;
     Ok(())
@@ -35,7 +35,7 @@ fn with_commands(mut schema: Value) -> Result<Value, Box<dyn Error>> {
     let mut commands = Map::new();
     let mut choices = Vec::new();
     for (name, doc, layout) in rows {
-        commands.insert(name.to_owned(), values(doc, layout));
+        commands.insert(name.to_owned(), command_schema(doc, layout));
         choices.push(json!({
             "if": { "properties": { "command": { "const": name } } },
             "then": { "properties": { "values": { "$ref": format!("#/$defs/commands/{name}") } } },
@@ -48,11 +48,11 @@ fn with_commands(mut schema: Value) -> Result<Value, Box<dyn Error>> {
     Ok(schema)
 }
 
-fn values(doc: &str, layout: &LayoutInfo) -> Value {
+fn command_schema(doc: &str, layout: &LayoutInfo) -> Value {
     let fields = layout.fields.iter();
     let properties: Map<_, _> = fields
         .clone()
-        .map(|field| (field.name.to_owned(), property(field)))
+        .map(|field| (field.name.to_owned(), field_schema(field)))
         .collect();
     let required: Vec<_> = fields
         .filter(|field| !field.optional)
@@ -67,20 +67,22 @@ fn values(doc: &str, layout: &LayoutInfo) -> Value {
     })
 }
 
-fn property(field: &Field) -> Value {
+fn field_schema(field: &Field) -> Value {
     let mut schema = match field.ty {
-        FieldType::Scalar(scalar) => number(scalar, field.range),
+        FieldType::Scalar(scalar) => number_schema(scalar, field.range),
         FieldType::Array(scalar, count) => json!({
             "type": "array",
-            "items": number(scalar, field.range),
+            "items": number_schema(scalar, field.range),
             "minItems": count,
             "maxItems": count,
         }),
         // Any value but 0 means on.
-        FieldType::Flag => number(Scalar::U8, Range::Any),
-        FieldType::Enum(_) => number(Scalar::U8, field.range),
+        FieldType::Flag => number_schema(Scalar::U8, Range::Any),
+        FieldType::Enum(_) => number_schema(Scalar::U8, field.range),
         FieldType::Text | FieldType::Bytes => json!({ "type": "string" }),
-        FieldType::Alarms => json!({ "type": "array", "items": number(Scalar::U8, Range::Any) }),
+        FieldType::Alarms => {
+            json!({ "type": "array", "items": number_schema(Scalar::U8, Range::Any) })
+        }
         FieldType::Outputs => json!({
             "type": "array",
             "items": { "oneOf": [{ "type": "string" }, { "$ref": "#/$defs/output" }] },
@@ -88,12 +90,12 @@ fn property(field: &Field) -> Value {
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     };
-    if let (Some(schema), Range::AtMost(most, _)) = (schema.as_object_mut(), field.range) {
+    if let (Some(schema), Range::AtMost(max_length, _)) = (schema.as_object_mut(), field.range) {
         let keyword = match field.ty {
             FieldType::Text => "maxLength",
             _ => "maxItems",
         };
-        schema.insert(keyword.to_owned(), most.into());
+        schema.insert(keyword.to_owned(), max_length.into());
     }
     if let Some(schema) = schema.as_object_mut() {
         schema.insert("description".to_owned(), field_description(field).into());
@@ -102,13 +104,13 @@ fn property(field: &Field) -> Value {
 }
 
 /// Returns the schema of a number, with the bounds of its type where its range has none.
-fn number(scalar: Scalar, range: Range) -> Value {
+fn number_schema(scalar: Scalar, range: Range) -> Value {
     let Bounds {
         minimum,
         exclusive_minimum,
         maximum,
     } = range.bounds();
-    let (ty, least, most) = match scalar {
+    let (ty, type_minimum, type_maximum) = match scalar {
         Scalar::U8 => ("integer", Some(0), Some(u64::from(u8::MAX))),
         Scalar::U16 => ("integer", Some(0), Some(u64::from(u16::MAX))),
         Scalar::U32 => ("integer", Some(0), Some(u64::from(u32::MAX))),
@@ -120,13 +122,13 @@ fn number(scalar: Scalar, range: Range) -> Value {
     };
     let mut schema = Map::new();
     schema.insert("type".to_owned(), ty.into());
-    let least = minimum.or(least.filter(|_| exclusive_minimum.is_none()));
+    let minimum = minimum.or(type_minimum.filter(|_| exclusive_minimum.is_none()));
     for (keyword, value) in [
-        ("minimum", least.map(Value::from)),
+        ("minimum", minimum.map(Value::from)),
         ("exclusiveMinimum", exclusive_minimum.map(Value::from)),
         (
             "maximum",
-            maximum.map(Value::from).or(most.map(Value::from)),
+            maximum.map(Value::from).or(type_maximum.map(Value::from)),
         ),
     ] {
         if let Some(value) = value {
@@ -141,12 +143,14 @@ mod tests {
     use super::*;
 
     fn schema() -> Value {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(FILE);
-        serde_json::from_str(&fs::read_to_string(path).expect(FILE)).expect("JSON")
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("..")
+            .join(SCHEMA_FILE);
+        serde_json::from_str(&fs::read_to_string(path).expect(SCHEMA_FILE)).expect("JSON")
     }
 
     #[test]
-    fn the_schema_is_current() {
+    fn schema_file_is_current() {
         let written = schema();
         let current = with_commands(written.clone()).expect("a schema");
         assert!(written == current, "cargo xtask plan-schema writes it anew");
@@ -154,19 +158,19 @@ mod tests {
 
     #[test]
     fn bounds_agree_with_the_table() {
-        let of = |field: &str| {
+        let schema_at = |field: &str| {
             schema()
                 .pointer(&format!("/$defs/commands/{field}"))
                 .cloned()
         };
-        let ratio = of("PTPCommonParams/properties/velocity_ratio").expect("a field");
+        let ratio = schema_at("PTPCommonParams/properties/velocity_ratio").expect("a field");
         assert_eq!(
             (&ratio["minimum"], &ratio["maximum"]),
             (&json!(1), &Value::Null)
         );
-        let threshold = of("TRIGCmd/properties/threshold").expect("a field");
+        let threshold = schema_at("TRIGCmd/properties/threshold").expect("a field");
         assert_eq!(threshold["maximum"], json!(4095));
-        let speed = of("PTPCoordinateParams/properties/xyz_velocity").expect("a field");
+        let speed = schema_at("PTPCoordinateParams/properties/xyz_velocity").expect("a field");
         assert_eq!(speed["exclusiveMinimum"], json!(0));
     }
 }

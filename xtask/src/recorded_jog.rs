@@ -20,13 +20,13 @@ const COMMANDS: &str =
 const PERIOD_US: u64 = 20_000;
 /// Phase of the recording's start within a period, µs.
 const PHASE_US: u64 = 10_000;
-/// Range that is drawn, ms of the recording: the arm stands before it.
+/// Range of the recording that is drawn, ms. The arm is at rest before it.
 const FROM_MS: u64 = 5_400;
 const TO_MS: u64 = 11_900;
 const WIDTH: f64 = 760.0;
 const LEFT: f64 = 50.0;
 const TOP: f64 = 46.0;
-/// Height of one axis in the picture, and the range in mm that it shows.
+/// Height of the diagram of one axis.
 const ROW_HEIGHT: f64 = 150.0;
 
 /// Time in ms, and x, y, z.
@@ -89,19 +89,20 @@ fn simulated(mut profile: Profile, [x, y, z]: [f64; 3]) -> Result<Vec<Sample>, B
 
 fn max_deviation(recorded: &[Sample], simulated: &[Sample]) -> f64 {
     let nearest = |at: u64| simulated.iter().min_by_key(|(other, _)| other.abs_diff(at));
-    let seen = recorded
+    let drawn = recorded
         .iter()
         .filter(|(at, _)| (FROM_MS..=TO_MS).contains(at));
-    seen.filter_map(|(at, place)| Some((place, nearest(*at)?.1)))
-        .flat_map(|(place, other)| [0, 1, 2].map(|axis| (place[axis] - other[axis]).abs()))
+    drawn
+        .filter_map(|(at, position)| Some((position, nearest(*at)?.1)))
+        .flat_map(|(position, other)| [0, 1, 2].map(|axis| (position[axis] - other[axis]).abs()))
         .fold(0.0, f64::max)
 }
 
 fn draw() -> Result<String, Box<dyn Error>> {
     let recorded = recorded();
     let (_, first) = recorded.first().ok_or("no recording")?;
-    let law = simulated(Profile::default(), *first)?;
-    let before = simulated(Profile::continuous(), *first)?;
+    let periodic = simulated(Profile::default(), *first)?;
+    let continuous = simulated(Profile::continuous(), *first)?;
     let height = TOP + 3.0 * ROW_HEIGHT + 40.0;
     let mut svg = Svg::page(
         [WIDTH, height],
@@ -116,31 +117,36 @@ fn draw() -> Result<String, Box<dyn Error>> {
     };
     let title = format!(
         "A real arm, jogged in space (dots). Periods of 20 ms: at most {:.2} mm off. Continuous, axes after a stop: {:.1} mm off.",
-        max_deviation(&recorded, &law),
-        max_deviation(&recorded, &before),
+        max_deviation(&recorded, &periodic),
+        max_deviation(&recorded, &continuous),
     );
     svg.text(
         [LEFT, 24.0],
         title,
         &style(13.0, palette::INK, Anchor::Start),
     );
-    let along =
+    let x_at =
         |at: u64| LEFT + (at - FROM_MS) as f64 / (TO_MS - FROM_MS) as f64 * (WIDTH - LEFT - 20.0);
-    for (nth, name) in ["x", "y", "z"].into_iter().enumerate() {
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let shown = recorded
             .iter()
             .filter(|(at, _)| (FROM_MS..=TO_MS).contains(at));
-        let all = shown.clone().map(|(_, place)| place[nth]);
-        let all = all.chain(before.iter().chain(&law).map(|(_, place)| place[nth]));
+        let all = shown.clone().map(|(_, position)| position[axis]);
+        let all = all.chain(
+            continuous
+                .iter()
+                .chain(&periodic)
+                .map(|(_, position)| position[axis]),
+        );
         let (low, high) = all.fold((f64::MAX, f64::MIN), |(low, high), at| {
             (low.min(at), high.max(at))
         });
-        let top = TOP + ROW_HEIGHT * nth as f64;
-        let place =
+        let top = TOP + ROW_HEIGHT * axis as f64;
+        let y_at =
             |value: f64| top + 10.0 + (high - value) / (high - low).max(1.0) * (ROW_HEIGHT - 26.0);
         for (value, end) in [(high, 4.0), (low, 4.0)] {
             svg.text(
-                [LEFT - 6.0, place(value) + end],
+                [LEFT - 6.0, y_at(value) + end],
                 format!("{value:.0}"),
                 &style(11.0, palette::FAINT, Anchor::End),
             );
@@ -151,12 +157,12 @@ fn draw() -> Result<String, Box<dyn Error>> {
             &style(12.0, palette::INK, Anchor::Start),
         );
         for (line, colour, width) in [
-            (&before, palette::WRONG, "1"),
-            (&law, palette::EMPTY, "1.5"),
+            (&continuous, palette::WRONG, "1"),
+            (&periodic, palette::EMPTY, "1.5"),
         ] {
             let points = line
                 .iter()
-                .map(|(at, values)| [along(*at), place(values[nth])]);
+                .map(|(at, values)| [x_at(*at), y_at(values[axis])]);
             svg.path(
                 &path(points, false),
                 &[
@@ -168,7 +174,7 @@ fn draw() -> Result<String, Box<dyn Error>> {
         }
         for (at, values) in shown {
             svg.circle(
-                [along(*at), place(values[nth])],
+                [x_at(*at), y_at(values[axis])],
                 2.2,
                 &[("fill", palette::INK)],
             );
@@ -176,7 +182,7 @@ fn draw() -> Result<String, Box<dyn Error>> {
     }
     for second in 6..=11_u64 {
         svg.text(
-            [along(second * 1000), height - 24.0],
+            [x_at(second * 1000), height - 24.0],
             format!("{second} s"),
             &style(11.0, palette::FAINT, Anchor::Middle),
         );
@@ -195,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn picture_is_current_and_the_law_fits_the_recording() {
+    fn picture_is_current_and_the_periodic_arm_fits_the_recording() {
         let picture =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/pictures/jog-recording.svg");
         let written = fs::read_to_string(picture).expect("docs/pictures/jog-recording.svg");
@@ -205,8 +211,11 @@ mod tests {
         );
         let recorded = recorded();
         let (_, first) = recorded[0];
-        let law = simulated(Profile::default(), first).expect("an arm");
-        let before = simulated(Profile::continuous(), first).expect("an arm");
-        assert!(max_deviation(&recorded, &law) < 0.05 && max_deviation(&recorded, &before) > 1.0);
+        let periodic = simulated(Profile::default(), first).expect("an arm");
+        let continuous = simulated(Profile::continuous(), first).expect("an arm");
+        assert!(
+            max_deviation(&recorded, &periodic) < 0.05
+                && max_deviation(&recorded, &continuous) > 1.0
+        );
     }
 }

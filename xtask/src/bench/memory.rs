@@ -11,7 +11,7 @@ use super::figure::Figure;
 use super::many_arms::with_served_arms;
 use super::program::{USB, send};
 
-/// Number of arms whose mean is taken, because resident memory grows by whole pages.
+/// Number of arms over which memory is averaged, because resident memory grows by whole pages.
 const ARMS: usize = 1_000;
 
 /// Returns the resident memory of this process, KiB.
@@ -26,15 +26,15 @@ fn resident() -> Result<f64, Box<dyn Error>> {
 /// Measures S4: the growth of resident memory by a thousand arms, each of which has answered one
 /// request.
 pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
-    let look = FrameBuf::new(10, Ctrl::GET, &[])?;
+    let request = FrameBuf::new(10, Ctrl::GET, &[])?;
     let before = resident()?;
     let mut arms: Vec<Controller> = Vec::with_capacity(ARMS);
     for _ in 0..ARMS {
         let mut arm = Controller::default();
-        send(&mut arm, &look);
+        send(&mut arm, &request);
         arms.push(arm);
     }
-    let alone = (resident()? - before) / ARMS as f64;
+    let without_socket = (resident()? - before) / ARMS as f64;
     assert!(arms.iter().all(|arm| arm.state().events_lost == 0
         && arm.poll_timeout().is_none()
         && arm.now() == ArmInstant::ZERO));
@@ -45,13 +45,13 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
         // Fails instead of hanging if an arm does not answer.
         host.set_read_timeout(Some(Duration::from_secs(5)))?;
         for arm in addresses {
-            host.send_to(look.bytes(), arm)?;
+            host.send_to(request.bytes(), arm)?;
             host.recv_from(&mut [0; 512])?;
         }
         Ok((resident()? - before) / ARMS as f64)
     })?;
     Ok(vec![
-        Figure::new("S4 an idle arm", alone, "KiB").at_most(16.0),
+        Figure::new("S4 an idle arm", without_socket, "KiB").at_most(16.0),
         Figure::new("S4 with its task and socket", with_socket, "KiB").at_most(64.0),
     ])
 }

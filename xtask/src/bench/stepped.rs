@@ -53,19 +53,19 @@ impl Stepped {
     /// with the share of the distance covered.
     fn cover_distance(
         &mut self,
-        way: f64,
-        (most, acceleration): (f64, f64),
-        mut at: impl FnMut(&mut Self, f64),
+        distance: f64,
+        (max_speed, acceleration): (f64, f64),
+        mut on_step: impl FnMut(&mut Self, f64),
     ) {
         let (mut done, mut speed) = (0.0, 0.0);
-        while done < way {
-            let brakes_in_time = (2.0 * acceleration * (way - done)).sqrt();
-            let gained: f64 = speed + acceleration * self.step;
-            speed = gained
-                .min(most)
+        while done < distance {
+            let brakes_in_time = (2.0 * acceleration * (distance - done)).sqrt();
+            let accelerated: f64 = speed + acceleration * self.step;
+            speed = accelerated
+                .min(max_speed)
                 .min(brakes_in_time.max(acceleration * self.step));
             done += speed * self.step;
-            at(self, (done / way).min(1.0));
+            on_step(self, (done / distance).min(1.0));
             self.steps += 1;
             black_box((&self.joints, &self.pose));
         }
@@ -73,12 +73,12 @@ impl Stepped {
 
     fn move_joints_to(&mut self, to: &Pose) {
         let (from, to) = (self.joints.to_array(), self.inverse(to).to_array());
-        let way = from
+        let distance = from
             .iter()
             .zip(to)
             .map(|(from, to)| (to - from).abs())
             .fold(0.0, f64::max);
-        self.cover_distance(way, MOVE_LIMITS, |arm, share| {
+        self.cover_distance(distance, MOVE_LIMITS, |arm, share| {
             let joint = |at: usize| from[at] + (to[at] - from[at]) * share;
             arm.joints = JointAngles::new(joint(0), joint(1), joint(2), joint(3));
             arm.pose = arm.geometry.forward(&arm.joints);
@@ -86,8 +86,8 @@ impl Stepped {
     }
 
     fn move_straight_to(&mut self, to: &Pose) {
-        let (from, way) = (self.pose, self.pose.distance_to(to));
-        self.cover_distance(way, MOVE_LIMITS, |arm, share| {
+        let (from, distance) = (self.pose, self.pose.distance_to(to));
+        self.cover_distance(distance, MOVE_LIMITS, |arm, share| {
             arm.set_between(&from, to, share)
         });
     }
@@ -125,8 +125,8 @@ impl Stepped {
 
     /// Runs a path, never faster than the arm can still brake within the look-ahead.
     fn path(&mut self, commands: &[CpCmd]) {
-        let (most, acceleration) = PATH_LIMITS;
-        let (mut speed, mut over) = (0.0_f64, 0.0);
+        let (max_speed, acceleration) = PATH_LIMITS;
+        let (mut speed, mut carried_over) = (0.0_f64, 0.0);
         let mut left = 0.0;
         let mut place = self.pose;
         for command in commands {
@@ -138,21 +138,21 @@ impl Stepped {
         for command in commands {
             let to = point(command, from.r);
             let length = from.distance_to(&to);
-            let mut done: f64 = over;
+            let mut done: f64 = carried_over;
             while done < length {
                 let brakes_in_time = (2.0 * acceleration * (left - done).min(LOOK_AHEAD_MM))
                     .max(0.0)
                     .sqrt();
-                let gained = speed + acceleration * self.step;
-                speed = gained
-                    .min(most)
+                let accelerated = speed + acceleration * self.step;
+                speed = accelerated
+                    .min(max_speed)
                     .min(brakes_in_time.max(acceleration * self.step));
                 done += speed * self.step;
                 self.set_between(&from, &to, (done / length).min(1.0));
                 self.steps += 1;
                 black_box((&self.joints, &self.pose));
             }
-            over = done - length;
+            carried_over = done - length;
             left -= length;
             from = to;
         }
@@ -171,14 +171,14 @@ fn point(command: &CpCmd, r: f64) -> Pose {
 /// Returns the best rate in arm-seconds per second with this step, and the duration by the
 /// simulation's own time.
 fn stepped_rate(step: f64, work: impl Fn(&mut Stepped)) -> (f64, f64) {
-    let mut lasted = 0.0;
+    let mut duration = 0.0;
     let (_, best) = rate(|| {
         let mut arm = Stepped::new(step);
         work(&mut arm);
-        lasted = arm.seconds();
-        lasted
+        duration = arm.seconds();
+        duration
     });
-    (best, lasted)
+    (best, duration)
 }
 
 /// Work for a stepped arm.
@@ -200,7 +200,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     ];
     for (name, virtual_arm, work) in works {
         for (step, unit) in [(0.001, "1 ms"), (0.02, "20 ms")] {
-            let (rate, lasted) = stepped_rate(step, work);
+            let (rate, duration) = stepped_rate(step, work);
             figures.push(
                 Figure::new(
                     format!("{name}, ratio to steps of {unit}"),
@@ -209,7 +209,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
                 )
                 .with("virtual arm-seconds/s", virtual_arm)
                 .with("stepped arm-seconds/s", rate)
-                .with("stepped s of a round", lasted),
+                .with("stepped s of a round", duration),
             );
         }
     }

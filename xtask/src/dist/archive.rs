@@ -44,23 +44,30 @@ pub(super) fn write(
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
     }
-    let room = |part: &str| {
-        let room = folder.join(part);
-        fs::create_dir_all(&room).map(|()| room)
+    let subfolder = |part: &str| {
+        let subfolder = folder.join(part);
+        fs::create_dir_all(&subfolder).map(|()| subfolder)
     };
     fs::copy(
         built.join(system.program()),
-        room("bin")?.join(system.program()),
+        subfolder("bin")?.join(system.program()),
     )?;
-    let completions = room("completions")?;
+    let completions = subfolder("completions")?;
     for (shell, file) in SHELLS {
         let printed = output(Command::new(local_command).args(["completions", shell]))?;
         fs::write(completions.join(file), printed)?;
     }
-    output(Command::new(local_command).arg("man").arg(room("man")?))?;
+    output(
+        Command::new(local_command)
+            .arg("man")
+            .arg(subfolder("man")?),
+    )?;
     let packaging = builder.root.join("packaging");
     if system.family == Family::Linux {
-        fs::copy(packaging.join(UDEV_RULES), room("udev")?.join(UDEV_RULES))?;
+        fs::copy(
+            packaging.join(UDEV_RULES),
+            subfolder("udev")?.join(UDEV_RULES),
+        )?;
         desktop::add_entry(builder, &folder)?;
     }
     // Files that start a station with the computer.
@@ -72,7 +79,7 @@ pub(super) fn write(
     for file in services {
         fs::copy(
             packaging.join("service").join(file),
-            room("service")?.join(file),
+            subfolder("service")?.join(file),
         )?;
     }
     fs::copy(packaging.join("README.txt"), folder.join("README.txt"))?;
@@ -80,7 +87,7 @@ pub(super) fn write(
         builder.root.join("CHANGELOG.md"),
         folder.join("CHANGELOG.md"),
     )?;
-    let licences = room("licenses")?;
+    let licences = subfolder("licenses")?;
     for file in ["LICENSE-MIT", "LICENSE-APACHE"] {
         fs::copy(builder.root.join(file), licences.join(file))?;
     }

@@ -7,12 +7,12 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Cargo's metadata of this workspace.
+/// Values from Cargo and rustc that a release needs.
 pub(crate) struct Metadata {
     pub(crate) target_directory: PathBuf,
     /// Target triple of this machine.
     pub(crate) host: String,
-    /// Version of `magician-cli`; the next three fields are also its.
+    /// Version of `magician-cli`. The next three fields are also from its manifest.
     pub(crate) version: String,
     pub(super) repository: String,
     pub(super) description: String,
@@ -21,9 +21,11 @@ pub(crate) struct Metadata {
 
 impl Metadata {
     pub(crate) fn read(cargo: &OsStr, root: &Path) -> Result<Self, Box<dyn Error>> {
-        let printed = super::output(Command::new("rustc").arg("-vV"))?;
-        let printed = String::from_utf8(printed)?;
-        let host = printed.lines().find_map(|line| line.strip_prefix("host: "));
+        let rustc_version = super::output(Command::new("rustc").arg("-vV"))?;
+        let rustc_version = String::from_utf8(rustc_version)?;
+        let host = rustc_version
+            .lines()
+            .find_map(|line| line.strip_prefix("host: "));
         let metadata = super::output(Command::new(cargo).current_dir(root).args([
             "metadata",
             "--format-version=1",
@@ -31,21 +33,23 @@ impl Metadata {
             "--no-deps",
         ]))?;
         let metadata: Value = serde_json::from_slice(&metadata)?;
-        let folder = metadata["target_directory"].as_str();
-        let command = (metadata["packages"].as_array().into_iter().flatten())
+        let target_directory = metadata["target_directory"].as_str();
+        let package = (metadata["packages"].as_array().into_iter().flatten())
             .find(|package| package["name"] == "magician-cli")
             .ok_or("there is no magician-cli")?;
-        let word = |key: &str| match command[key].as_str() {
-            Some(word) => Ok(word.to_owned()),
+        let manifest_value = |key: &str| match package[key].as_str() {
+            Some(value) => Ok(value.to_owned()),
             None => Err(format!("magician-cli has no {key}")),
         };
         Ok(Self {
-            target_directory: folder.ok_or("cargo tells no target directory")?.into(),
+            target_directory: target_directory
+                .ok_or("cargo tells no target directory")?
+                .into(),
             host: host.ok_or("rustc does not tell its host")?.to_owned(),
-            version: word("version")?,
-            repository: word("repository")?,
-            description: word("description")?,
-            licence: word("license")?,
+            version: manifest_value("version")?,
+            repository: manifest_value("repository")?,
+            description: manifest_value("description")?,
+            licence: manifest_value("license")?,
         })
     }
 

@@ -98,7 +98,7 @@ fn to_view(place: [f64; 2]) -> (f64, f64) {
 }
 
 fn from_above(area: &Area<'_>, samples: &[Sample]) -> DrawResult {
-    let (near, far) = (46.2, 269.0);
+    let (inner_radius, outer_radius) = (46.2, 269.0);
     let turn = ArmModel::MAGICIAN.limits.j1;
     let arc = |radius: f64| {
         (0..=90).map(move |step| {
@@ -107,8 +107,8 @@ fn from_above(area: &Area<'_>, samples: &[Sample]) -> DrawResult {
             to_view([radius * cos, radius * sin])
         })
     };
-    let inner: Vec<_> = arc(near).collect();
-    let ground = arc(far).chain(inner.into_iter().rev()).collect();
+    let inner: Vec<_> = arc(inner_radius).collect();
+    let ground = arc(outer_radius).chain(inner.into_iter().rev()).collect();
     let track = samples
         .iter()
         .map(|sample| to_view([sample.pose.x, sample.pose.y]))

@@ -40,7 +40,7 @@ const MAX_PRINTED: u64 = 10;
 struct Program {
     name: &'static str,
     plan: Plan,
-    right: Drawing,
+    expected: Drawing,
 }
 
 #[derive(Default)]
@@ -48,8 +48,8 @@ struct Tally {
     commands: u64,
     requests: u64,
     resent: u64,
-    same: u64,
-    equal: u64,
+    same_strokes: u64,
+    same_lines: u64,
     completed: u64,
     stopped: u64,
     interrupted: u64,
@@ -71,8 +71,12 @@ pub(super) fn drawings(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let mut all = Vec::new();
     for name in programs::PROGRAMS {
         let plan = programs::plan(&samples, name)?;
-        let right = drawn(&plan, None);
-        all.push(Program { name, plan, right });
+        let expected = drawn(&plan, None);
+        all.push(Program {
+            name,
+            plan,
+            expected,
+        });
     }
     let mut tally = Tally::default();
     for nth in 0..scope.cases {
@@ -105,7 +109,7 @@ impl Tally {
         round: u64,
         seed: u64,
     ) -> Result<Option<String>, Box<dyn Error>> {
-        let Program { plan, right, .. } = program;
+        let Program { plan, expected, .. } = program;
         let trouble = FaultSetup {
             faults: faults(&troubles::SERIAL_FAULTS, round, seed)?,
             window: [4, 1, 2, 1, 8, 1, 3, 1, 6][(round % 9) as usize],
@@ -118,9 +122,9 @@ impl Tally {
         self.interruptions += outcome.between.len() as u64;
         self.digest
             .add(outcome.requests[0], &trace(&outcome.drawing));
-        Ok(match judge(plan, right, trouble, &outcome) {
-            Ok(came) => {
-                self.count(came);
+        Ok(match judge(plan, expected, trouble, &outcome) {
+            Ok(verdict) => {
+                self.count(verdict);
                 None
             }
             Err(why) => Some(format!(
@@ -137,18 +141,18 @@ impl Tally {
         seed: u64,
     ) -> Result<Option<String>, Box<dyn Error>> {
         let faults = faults(&troubles::NETWORK_FAULTS, round, seed)?;
-        let came = datagrams::draw(&program.plan, faults)?;
+        let run = datagrams::draw(&program.plan, faults)?;
         self.commands += program.plan.commands().count() as u64;
-        self.requests += came.requests;
-        self.interrupted += u64::from(came.resumed > 0);
-        self.interruptions += came.resumed as u64;
-        self.doubled += u64::from(came.told);
-        self.digest.add(came.requests, &trace(&came.drawing));
-        let (ink, all) = (Ink::of(&came.drawing), Ink::of(&program.right));
+        self.requests += run.requests;
+        self.interrupted += u64::from(run.resumed > 0);
+        self.interruptions += run.resumed as u64;
+        self.doubled += u64::from(run.told);
+        self.digest.add(run.requests, &trace(&run.drawing));
+        let (ink, all) = (Ink::of(&run.drawing), Ink::of(&program.expected));
         let begins =
             (ink.distance_from_beginning_of(&all)).is_some_and(|off| off <= CORNER_ACCURACY);
         let ends = (ink.length() - all.length()).abs() <= CORNER_ACCURACY;
-        let verdict = match came.stopped {
+        let verdict = match run.stopped {
             None if ink.equals(&all) => Verdict::Same,
             None if begins && ends => Verdict::Equal,
             Some(_) if begins => Verdict::Stopped,
@@ -165,10 +169,10 @@ impl Tally {
         Ok(None)
     }
 
-    fn count(&mut self, came: Verdict) {
-        let count = match came {
-            Verdict::Same => &mut self.same,
-            Verdict::Equal => &mut self.equal,
+    fn count(&mut self, verdict: Verdict) {
+        let count = match verdict {
+            Verdict::Same => &mut self.same_strokes,
+            Verdict::Equal => &mut self.same_lines,
             Verdict::Completed => &mut self.completed,
             Verdict::Stopped => &mut self.stopped,
         };
@@ -183,8 +187,8 @@ impl Tally {
         vec![
             count("drawings", cases).with("commands", self.commands as f64),
             count("requests", self.requests).with("sent again", self.resent as f64),
-            count("the same strokes", self.same),
-            count("the same lines", self.equal),
+            count("the same strokes", self.same_strokes),
+            count("the same lines", self.same_lines),
             count("stopped, gone on with, whole", self.completed),
             count("stopped, with the steps in doubt", self.stopped)
                 .with("commands doubled and told of", self.doubled as f64),

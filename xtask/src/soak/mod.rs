@@ -1,10 +1,9 @@
 //! Soak tests of the driver's guarantees: seeded simulations in virtual time, for as long as
 //! wanted.
 //!
-//!
-//! Every soak is deterministic: the same name, number of cases and seed send and receive the same
-//! bytes at the same instants, and print the same digest of them. The tests of this crate run each
-//! of them briefly.
+//! Every soak is deterministic: runs with the same name, number of cases and seed send and receive
+//! the same bytes at the same instants, and print the same digest of these. The tests of this crate
+//! run each soak briefly.
 
 mod command_log;
 mod drawing;
@@ -38,7 +37,7 @@ struct SoakResult {
     digest: Option<u64>,
 }
 
-/// Guarantee with its soak.
+/// Soak of one guarantee.
 struct Soak {
     name: &'static str,
     description: &'static str,
@@ -191,19 +190,20 @@ fn report(soak: &Soak, scope: Scope, json: bool) -> Result<Vec<String>, Box<dyn 
         soak.name, soak.description
     ));
     let began = Instant::now();
-    let found =
+    let result =
         (soak.run)(scope).map_err(|error| format!("{} --seed {seed}: {error}", soak.name))?;
-    let wall = began.elapsed().as_secs_f64();
+    let wall_time = began.elapsed().as_secs_f64();
     let mut missed = Vec::new();
-    for figure in &found.figures {
+    for figure in &result.figures {
         report.print(figure);
         if figure.is_missed() {
             missed.push(format!("{} {}", soak.name, figure.name()));
         }
     }
-    let speed = Figure::new("wall time", wall, "s").with("cases a second", cases as f64 / wall);
+    let speed =
+        Figure::new("wall time", wall_time, "s").with("cases a second", cases as f64 / wall_time);
     report.print(&speed);
-    if let Some(digest) = found.digest {
+    if let Some(digest) = result.digest {
         if json {
             println!("{{\"name\":\"digest\",\"value\":\"{digest:016x}\"}}")
         } else {
@@ -235,7 +235,7 @@ mod tests {
         ("networks", 2),
     ];
 
-    fn find(name: &str, cases: u64, seed: u64) -> SoakResult {
+    fn run_soak(name: &str, cases: u64, seed: u64) -> SoakResult {
         let soak = SOAKS.iter().find(|soak| soak.name == name).unwrap();
         (soak.run)(Scope { cases, seed }).unwrap()
     }
@@ -263,7 +263,7 @@ mod tests {
     #[test]
     fn traffic_depends_on_the_seed_alone() {
         for (name, cases) in SHORT_RUNS {
-            let digest = |seed| find(name, cases / 10, seed).digest;
+            let digest = |seed| run_soak(name, cases / 10, seed).digest;
             let Some(first) = digest(7) else { continue };
             assert_eq!(digest(7), Some(first), "{name}");
             assert_ne!(digest(8), Some(first), "{name}");

@@ -19,8 +19,8 @@ const DRAWING: &str = "house.svg";
 /// Runs `scope.cases` drawings over each network.
 pub(super) fn networks(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let plan = sample(DRAWING)?;
-    let right = drawn(&plan, None);
-    let usual = datagrams::draw(&plan, Faults::NONE)?.lasted;
+    let expected = drawn(&plan, None);
+    let faultless_time = datagrams::draw(&plan, Faults::NONE)?.lasted;
     let mut figures = Vec::new();
     let (mut wrong, mut lost, mut slowest) = (0, 0, 0.0_f64);
     println!("{}", Row::TABLE_HEAD);
@@ -30,19 +30,19 @@ pub(super) fn networks(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
         for nth in 0..scope.cases {
             let seed = scope.seed.wrapping_mul(1_000_003).wrapping_add(nth);
             let text = format!("drop-chunk={share},duplicate-chunk=0.01,seed={seed}");
-            let came = datagrams::draw(&plan, text.parse()?)?;
-            doubled += came.told;
+            let run = datagrams::draw(&plan, text.parse()?)?;
+            doubled += run.told;
             let passage = Passage {
-                right: &right,
-                drawn: &came.drawing,
-                done: came.stopped.is_none() && came.resumed == 0,
-                took: Duration::from_micros(came.lasted),
-                usual: Duration::from_micros(usual),
+                right: &expected,
+                drawn: &run.drawing,
+                done: run.stopped.is_none() && run.resumed == 0,
+                took: Duration::from_micros(run.lasted),
+                usual: Duration::from_micros(faultless_time),
             };
             if let Some(wrong) = row.add(&passage) {
                 println!("  {text}: {wrong}");
             } else if !passage.done {
-                println!("  {text}: {:?}", came.stopped);
+                println!("  {text}: {:?}", run.stopped);
             }
         }
         println!("{}", row.line());

@@ -7,7 +7,7 @@ use magician::connection::{Request, Settings};
 use magician::faults::Faults;
 use magician_protocol::{NoArgs, PtpMode};
 
-use super::submitted::{poll, ready, run_request};
+use super::submitted::{pair_with_running_queue, poll, run_request};
 use super::{Scope, SoakResult, program};
 use crate::bench::figure::Figure;
 
@@ -34,7 +34,7 @@ struct Tally {
 
 pub(super) fn moves(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let failed = |failure| format!("{failure:?}");
-    let mut pair = ready(Settings::ORDERED, scope.seed).map_err(failed)?;
+    let mut pair = pair_with_running_queue(Settings::ORDERED, scope.seed).map_err(failed)?;
     pair.set_faults(CORRUPTED_LINE);
     let mut tally = Tally::default();
     for number in 1..=scope.cases {
@@ -75,7 +75,7 @@ pub(super) fn moves(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
         let Ok(pose) = reply.frame().read::<Pose>() else {
             continue;
         };
-        let target = program::place(number);
+        let target = program::position(number);
         let found = [pose.x, pose.y, pose.z, pose.r];
         let mut apart = target
             .iter()

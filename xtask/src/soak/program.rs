@@ -7,7 +7,7 @@ use magician_protocol::commands::{CpCmd, PtpCmd, WaitCmd};
 use magician_protocol::{CpMode, Ctrl, FrameBuf, PtpMode, Set};
 
 /// Returns a unique position for each number, on a grid well inside the reach.
-pub(super) fn place(number: u64) -> [f32; 4] {
+pub(super) fn position(number: u64) -> [f32; 4] {
     let (column, row) = (number % 250, number / 250 % 200);
     [
         200.0 + column as f32 * 0.2,
@@ -31,7 +31,7 @@ pub(super) fn mixed(number: u64) -> Set {
 }
 
 pub(super) fn to_point(number: u64, ptp_mode: PtpMode) -> Set {
-    let [x, y, z, r] = place(number);
+    let [x, y, z, r] = position(number);
     PtpCmd {
         ptp_mode,
         x,
@@ -43,7 +43,7 @@ pub(super) fn to_point(number: u64, ptp_mode: PtpMode) -> Set {
 }
 
 pub(super) fn segment(number: u64) -> Set {
-    let [x, y, z, _] = place(number);
+    let [x, y, z, _] = position(number);
     CpCmd {
         cp_mode: CpMode::Absolute,
         x,
@@ -57,7 +57,7 @@ pub(super) fn segment(number: u64) -> Set {
 /// Returns the command as an item of a stream.
 pub(super) fn item(number: u64) -> Item {
     let command = mixed(number);
-    let stands = if number.is_multiple_of(4) {
+    let end_number = if number.is_multiple_of(4) {
         number.saturating_sub(1)
     } else {
         number
@@ -69,7 +69,7 @@ pub(super) fn item(number: u64) -> Item {
     Item {
         command,
         time,
-        end: (stands > 0).then(|| place(stands).map(f64::from)),
+        end: (end_number > 0).then(|| position(end_number).map(f64::from)),
         laser: false,
     }
 }

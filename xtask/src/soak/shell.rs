@@ -1,5 +1,5 @@
-//! R5, and R2 again: the handle that programs use, on tokio's paused clock, which advances only
-//! when all tasks wait.
+//! R5, and R2 once more, for the handle that programs use. tokio's clock is paused: it advances
+//! only when all tasks wait.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -51,7 +51,7 @@ struct TestArm {
     digest: Digest,
     begun: Instant,
     /// Accepted commands: parameters and count.
-    taken: HashMap<Vec<u8>, u32>,
+    accepted: HashMap<Vec<u8>, u32>,
 }
 
 #[derive(Clone)]
@@ -67,12 +67,12 @@ impl Shared {
             dice: Dice::new(seed),
             digest: Digest::default(),
             begun: Instant::now(),
-            taken: HashMap::new(),
+            accepted: HashMap::new(),
         })))
     }
 
-    fn with<R>(&self, look: impl FnOnce(&mut TestArm) -> R) -> R {
-        look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    fn with<R>(&self, act: impl FnOnce(&mut TestArm) -> R) -> R {
+        act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     fn set(&self, line_fault: LineFault) {
@@ -98,7 +98,7 @@ impl Shared {
 }
 
 impl TestArm {
-    fn pass(&mut self) {
+    fn advance_to_now(&mut self) {
         let now = ArmInstant::ZERO + self.booted.elapsed();
         self.arm.advance(now);
         while self.arm.poll_event().is_some() {}
@@ -110,7 +110,7 @@ impl TestArm {
     }
 
     fn answer(&mut self, request: &FrameBuf) -> Vec<u8> {
-        self.pass();
+        self.advance_to_now();
         let lossy = self.line_fault == LineFault::Lossy;
         if lossy && self.dice.chance(0.5) {
             return Vec::new();
@@ -119,7 +119,7 @@ impl TestArm {
         for reply in self.arm.exchange(LINK, request.bytes()) {
             let view = request.frame();
             if view.ctrl().queued() && reply.frame().read::<QueuedCmdIndex>().is_ok() {
-                *self.taken.entry(view.params().to_vec()).or_default() += 1;
+                *self.accepted.entry(view.params().to_vec()).or_default() += 1;
             }
             reply_bytes.extend_from_slice(reply.bytes());
         }
@@ -135,19 +135,19 @@ impl TestArm {
 
 /// Carries bytes between a host's end and the arm until the plug is pulled.
 async fn carry_bytes(arm_under_test: Shared, mut line: DuplexStream) {
-    let opened = arm_under_test.with(|arm_under_test| arm_under_test.pulls);
-    let mut ear = Deframer::new();
-    let mut waiting = Vec::new();
+    let pulls_at_opening = arm_under_test.with(|arm_under_test| arm_under_test.pulls);
+    let mut deframer = Deframer::new();
+    let mut pending_replies = Vec::new();
     let mut bytes = [0; 256];
     loop {
-        if arm_under_test.with(|arm_under_test| arm_under_test.pulls) != opened {
+        if arm_under_test.with(|arm_under_test| arm_under_test.pulls) != pulls_at_opening {
             return;
         }
-        if !waiting.is_empty() && arm_under_test.line_fault() != LineFault::Stalled {
-            if line.write_all(&waiting).await.is_err() {
+        if !pending_replies.is_empty() && arm_under_test.line_fault() != LineFault::Stalled {
+            if line.write_all(&pending_replies).await.is_err() {
                 return;
             }
-            waiting.clear();
+            pending_replies.clear();
         }
         if arm_under_test.line_fault() == LineFault::Dead {
             // The clock is paused, so polling costs no wall time.
@@ -164,11 +164,11 @@ async fn carry_bytes(arm_under_test: Shared, mut line: DuplexStream) {
             let now = u64::try_from(arm_under_test.begun.elapsed().as_micros()).unwrap_or(u64::MAX);
             arm_under_test.digest.add(now, input);
         });
-        while let Some(event) = ear.next(&mut input) {
+        while let Some(event) = deframer.next(&mut input) {
             if let magician_protocol::Event::Frame { frame, .. } = event {
                 let reply_bytes = arm_under_test
                     .with(|arm_under_test| arm_under_test.answer(&FrameBuf::from(frame)));
-                waiting.extend(reply_bytes);
+                pending_replies.extend(reply_bytes);
             }
         }
     }
@@ -185,12 +185,12 @@ fn paused_runtime() -> io::Result<tokio::runtime::Runtime> {
 #[derive(Default)]
 struct Calls {
     done: u64,
-    refused: u64,
+    failed: u64,
     slowest: Duration,
     kinds: HashMap<&'static str, u64>,
-    /// Checks of a line that had been fine for a while, and how often the handle was still
-    /// disconnected.
+    /// Number of checks that the handle is connected, each after 2 s without faults.
     checks: u64,
+    /// Number of checks in which the handle was still disconnected.
     disconnected: u64,
 }
 
@@ -201,7 +201,7 @@ impl Calls {
             self.done += 1;
             return;
         };
-        self.refused += 1;
+        self.failed += 1;
         let kind = match error.kind() {
             ErrorKind::Timeout => "timeout",
             ErrorKind::Port => "port",
@@ -261,7 +261,7 @@ async fn run_calls(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
             })
         })
         .collect();
-    let moods = [
+    let line_faults = [
         LineFault::Fine,
         LineFault::Fine,
         LineFault::Mute,
@@ -280,7 +280,7 @@ async fn run_calls(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
             checks += 1;
             disconnected += u64::from(arm.link() != Link::Up);
         }
-        arm_under_test.set(moods[dice.below(moods.len() as u64) as usize]);
+        arm_under_test.set(line_faults[dice.below(line_faults.len() as u64) as usize]);
         sleep(MS * dice.below(1_500) as u32).await;
         if dice.chance(0.05) {
             arm_under_test.with(TestArm::reset);
@@ -296,7 +296,7 @@ async fn run_calls(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
 pub(super) fn deadlines(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let (calls, digest) = paused_runtime()?.block_on(run_calls(scope))?;
     let over = calls.slowest.saturating_sub(CALL_TIMEOUT);
-    let mut failed = Figure::new("calls that failed", calls.refused as f64, "");
+    let mut failed = Figure::new("calls that failed", calls.failed as f64, "");
     for kind in ["timeout", "port", "uncertain", "queue full", "other"] {
         failed = failed.with(kind, calls.kinds.get(kind).copied().unwrap_or(0) as f64);
     }
@@ -332,7 +332,7 @@ struct Plugs {
     uncertain: u64,
     refused: u64,
     lost: u64,
-    twice: u64,
+    duplicated: u64,
     misreported: u64,
 }
 
@@ -341,59 +341,59 @@ async fn pull_plugs(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
     let open = arm_under_test.clone();
     let options = Options::default().allow_laser(true);
     let arm = Arm::over_with(move || std::future::ready(open.open()), options).await?;
-    // Soon after the start the driver reads what identifies this arm. An arm that is reset within
-    // its first second would look the same afterwards.
+    // Wait until the driver has identified the arm and read its clock. If the arm was reset within
+    // its first second, its clock would not reveal the reset.
     sleep(3_000 * MS).await;
     let mut dice = Dice::new(scope.seed ^ 0xD1CE);
     let mut plugs = Plugs::default();
     let mut number = 0;
     while plugs.pulled < scope.cases {
         let mut events = arm.events();
-        let (other, pull_at) = (
+        let (puller_arm, pull_at) = (
             arm_under_test.clone(),
             Instant::now() + MS * dice.below(60) as u32,
         );
         let resets = dice.chance(0.3);
-        let out = MS * (50 + dice.below(4_000)) as u32;
+        let unplugged_time = MS * (50 + dice.below(4_000)) as u32;
         let puller = tokio::spawn(async move {
             sleep_until(pull_at).await;
-            other.set(LineFault::Unplugged);
-            sleep(out).await;
+            puller_arm.set(LineFault::Unplugged);
+            sleep(unplugged_time).await;
             if resets {
-                other.with(TestArm::reset);
+                puller_arm.with(TestArm::reset);
             }
-            other.set(LineFault::Fine);
+            puller_arm.set(LineFault::Fine);
             Instant::now()
         });
-        // Commands until the plug is out, or in again, since the current one may have waited for
-        // that.
+        // Queue commands until one fails because the plug is out, or until the plug is in again: a
+        // command may wait for that.
         while !puller.is_finished() {
             number += 1;
             let command = WaitCmd { timeout: number };
             let outcome = arm.enqueue(&command).await;
-            let taken = arm_under_test
-                .with(|arm_under_test| arm_under_test.taken.remove(&number.to_le_bytes()[..]));
-            let taken = taken.unwrap_or(0);
-            plugs.twice += u64::from(taken > 1);
+            let times_accepted = arm_under_test
+                .with(|arm_under_test| arm_under_test.accepted.remove(&number.to_le_bytes()[..]));
+            let times_accepted = times_accepted.unwrap_or(0);
+            plugs.duplicated += u64::from(times_accepted > 1);
             match outcome.map_err(|error| error.kind()) {
                 Ok(_) => {
                     plugs.accepted += 1;
-                    plugs.lost += u64::from(taken == 0);
+                    plugs.lost += u64::from(times_accepted == 0);
                 }
                 Err(ErrorKind::Uncertain) => plugs.uncertain += 1,
                 Err(ErrorKind::Port) => {
                     plugs.refused += 1;
-                    plugs.misreported += u64::from(taken > 0);
+                    plugs.misreported += u64::from(times_accepted > 0);
                     break;
                 }
                 Err(ErrorKind::QueueFull) => {
-                    plugs.misreported += u64::from(taken > 0);
+                    plugs.misreported += u64::from(times_accepted > 0);
                     // No command runs, so the queue is cleared to make room.
                     if arm.queue().clear().await.is_err() {
                         break;
                     }
                 }
-                Err(_) => plugs.misreported += u64::from(taken > 0),
+                Err(_) => plugs.misreported += u64::from(times_accepted > 0),
             }
         }
         plugs.pulled += 1;
@@ -405,8 +405,8 @@ async fn pull_plugs(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
         while let Ok(Some(event)) = timeout(Duration::ZERO, events.next()).await {
             plugs.reported_resets += u64::from(event == Event::LinkFound { reset: true });
         }
-        // If the queue has not moved, only the clock shows a reset, so it must have run for a
-        // moment.
+        // If the queue index has not changed, only the arm's clock reveals the next reset, so let
+        // that clock run for a moment.
         sleep(MS * (1_000 + dice.below(2_000)) as u32).await;
     }
     let digest = arm_under_test.with(|arm_under_test| arm_under_test.digest);
@@ -418,17 +418,17 @@ async fn pull_plugs(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
 pub(super) fn plugs(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let (plugs, digest) = paused_runtime()?.block_on(pull_plugs(scope))?;
     let count = |name: &str, value: u64| Figure::new(name, value as f64, "");
-    let unseen = plugs.resets.abs_diff(plugs.reported_resets);
+    let unreported = plugs.resets.abs_diff(plugs.reported_resets);
     Ok(SoakResult {
         figures: vec![
             count("plugs pulled", plugs.pulled),
             count("arm reset meanwhile", plugs.resets),
-            count("of which was not told", unseen).at_most(0.0),
+            count("of which was not told", unreported).at_most(0.0),
             count("commands accepted", plugs.accepted),
             count("told as uncertain", plugs.uncertain),
             count("refused or lost with the line", plugs.refused),
             count("accepted and not taken", plugs.lost).at_most(0.0),
-            count("taken twice", plugs.twice).at_most(0.0),
+            count("taken twice", plugs.duplicated).at_most(0.0),
             count("taken though told otherwise", plugs.misreported).at_most(0.0),
             Figure::new("slowest return", plugs.slowest.as_secs_f64(), "s").at_most(2.0),
         ],

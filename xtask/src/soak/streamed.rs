@@ -9,7 +9,7 @@ use magician::faults::Faults;
 use magician::pair::Pair;
 use magician::stream::{Stream, StreamEvent, StreamFailure, StreamSettings};
 
-use super::submitted::{SERIAL_FAULTS, ready};
+use super::submitted::{SERIAL_FAULTS, pair_with_running_queue};
 use super::{Scope, SoakResult, program};
 use crate::bench::figure::Figure;
 
@@ -56,8 +56,8 @@ struct Rig {
 
 impl Rig {
     fn new(scope: Scope, faults: Faults) -> Result<Self, Box<dyn Error>> {
-        let mut pair =
-            ready(Settings::ORDERED, scope.seed).map_err(|failure| format!("{failure:?}"))?;
+        let mut pair = pair_with_running_queue(Settings::ORDERED, scope.seed)
+            .map_err(|failure| format!("{failure:?}"))?;
         pair.set_faults(faults);
         Ok(Self {
             pair,

@@ -9,7 +9,6 @@ use magician_protocol::commands::{
     ClearAllAlarmsState, DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
     WaitCmd,
 };
-
 use magician_protocol::{FrameBuf, NoArgs};
 
 use super::command_log::CommandLog;
@@ -18,26 +17,29 @@ use crate::bench::figure::Figure;
 
 const SECOND: u64 = 1_000_000;
 
-/// Faults of a serial line by R1.
+/// Faults of the serial line in R1.
 pub(super) const SERIAL_FAULTS: Faults = Faults {
     replace: 1e-3,
     drop: 1e-4,
     ..Faults::NONE
 };
 
-/// Creates a pair over a perfect line whose queue runs, was seen empty, and has accepted a few
-/// commands.
-pub(super) fn ready(settings: Settings, seed: u64) -> Result<Pair, Failure> {
+/// Creates a pair over a perfect line. The queue runs; the host has read its free space while it
+/// was empty, and has queued a few commands.
+pub(super) fn pair_with_running_queue(settings: Settings, seed: u64) -> Result<Pair, Failure> {
     let mut pair = Pair::new(settings, Faults::NONE, seed);
-    let bad = |_| Failure::Refused;
-    pair.ask(Request::set(&QueuedCmdStartExec {}).map_err(bad)?, SECOND)?;
+    let refused = |_| Failure::Refused;
     pair.ask(
-        Request::get::<QueuedCmdLeftSpace>(&NoArgs).map_err(bad)?,
+        Request::set(&QueuedCmdStartExec {}).map_err(refused)?,
+        SECOND,
+    )?;
+    pair.ask(
+        Request::get::<QueuedCmdLeftSpace>(&NoArgs).map_err(refused)?,
         SECOND,
     )?;
     for _ in 0..4 {
         pair.ask(
-            Request::queued(&WaitCmd { timeout: 0 }).map_err(bad)?,
+            Request::queued(&WaitCmd { timeout: 0 }).map_err(refused)?,
             10 * SECOND,
         )?;
     }
@@ -59,13 +61,13 @@ pub(super) fn make_room(pair: &mut Pair) {
         {
             run_request(pair, clear).ok();
         }
-        let soon = pair.now + SECOND;
-        pair.step(soon);
+        let deadline = pair.now + SECOND;
+        pair.step(deadline);
     }
 }
 
 /// Records what the arm has accepted since the last call.
-pub(super) fn note(pair: &mut Pair, log: &mut CommandLog) {
+pub(super) fn log_accepted(pair: &mut Pair, log: &mut CommandLog) {
     for (params, index) in pair.accepted.drain(..) {
         log.note_accepted(&params, index);
     }
@@ -80,18 +82,20 @@ pub(super) fn note(pair: &mut Pair, log: &mut CommandLog) {
 struct Outcome {
     pair: Pair,
     log: CommandLog,
-    /// Frames beyond one per command.
+    /// Mean number of frames per command beyond the first.
     extra: f64,
+    /// Virtual time, s.
     duration: f64,
 }
 
 fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcome, Box<dyn Error>> {
-    let mut pair = ready(settings, scope.seed).map_err(|failure| format!("{failure:?}"))?;
+    let mut pair =
+        pair_with_running_queue(settings, scope.seed).map_err(|failure| format!("{failure:?}"))?;
     let before = pair.host.stats().sent;
     let began = pair.now;
     pair.set_faults(faults);
-    let strikes = faults.reset > 0.0 || faults.unplug > 0.0;
-    let mut looks = 0;
+    let may_restart = faults.reset > 0.0 || faults.unplug > 0.0;
+    let mut polls = 0;
     let mut log = CommandLog::default();
     for number in 1..=scope.cases {
         if number % 8 == 0 {
@@ -101,14 +105,14 @@ fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcom
         log.send(number, request.frame().frame().params());
         let outcome = run_request(&mut pair, request);
         log.note_outcome(number, outcome.map(|reply| index_of(&reply)), pair.boots);
-        note(&mut pair, &mut log);
-        if strikes && number % 64 == 0 {
-            looks += poll(&mut pair);
+        log_accepted(&mut pair, &mut log);
+        if may_restart && number % 64 == 0 {
+            polls += poll(&mut pair);
         }
     }
     settle_line(&mut pair, &mut log);
     let sent = pair.host.stats().sent - before;
-    let extra = (sent - looks - log.tally.commands) as f64 / log.tally.commands as f64;
+    let extra = (sent - polls - log.tally.commands) as f64 / log.tally.commands as f64;
     let duration = (pair.now - began) as f64 / 1e6;
     Ok(Outcome {
         pair,
@@ -129,8 +133,8 @@ pub(super) fn run_request(pair: &mut Pair, request: Request) -> Result<FrameBuf,
         pair.step(deadline);
         if pair.unplugged {
             pair.host.interrupt();
-            let back = pair.now + pair.dice.below(3 * SECOND);
-            pair.run_until(back);
+            let reinserted_at = pair.now + pair.dice.below(3 * SECOND);
+            pair.run_until(reinserted_at);
             pair.put_cable_back();
         }
     }
@@ -155,15 +159,16 @@ pub(super) fn poll(pair: &mut Pair) -> u64 {
     2
 }
 
-/// Makes the line good again, lets everything in flight arrive, and reads once more.
+/// Removes the faults of the line, waits until everything in flight has arrived, and reads the
+/// current index once more.
 fn settle_line(pair: &mut Pair, log: &mut CommandLog) {
     pair.set_faults(Faults::NONE);
-    let later = pair.now + 10 * SECOND;
-    pair.run_until(later);
+    let settled_at = pair.now + 10 * SECOND;
+    pair.run_until(settled_at);
     if let Ok(index) = Request::get::<QueuedCmdCurrentIndex>(&NoArgs) {
         pair.ask(index, 10 * SECOND).ok();
     }
-    note(pair, log);
+    log_accepted(pair, log);
     log.judge_rest();
 }
 
@@ -172,7 +177,7 @@ pub(super) fn over_corrupted_line(scope: Scope) -> Result<SoakResult, Box<dyn Er
     let run = one_by_one(scope, Settings::ORDERED, SERIAL_FAULTS)?;
     let tally = run.log.tally;
     let mut figures = tally.figures();
-    // Three in a million; even a short run may contain one.
+    // Three in a million. Short runs are allowed three as well.
     let altered = 3.0 * (tally.commands as f64 / 1e6).max(1.0);
     figures.push(Figure::new("altered", tally.altered as f64, "commands").at_most(altered));
     figures.push(Figure::new("strays", tally.strays as f64, "commands"));
@@ -207,7 +212,7 @@ pub(super) fn with_resets(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     })
 }
 
-/// R3: the faults of R1 over datagrams.
+/// R3: queued commands over datagrams that are lost, duplicated and reordered.
 pub(super) fn datagrams(scope: Scope) -> Result<SoakResult, Box<dyn Error>> {
     let faults = Faults {
         drop_chunk: 0.05,

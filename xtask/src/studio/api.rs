@@ -16,7 +16,7 @@ const HEAD: &str = "\
 /// Writes `studio/src/api.ts`; with `--check` only compares it.
 pub(crate) fn write(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let path = root.join("studio/src/api.ts");
-    let text = text()?;
+    let text = typescript()?;
     match words {
         [] => fs::write(path, text)?,
         [check] if check == "--check" => {
@@ -29,41 +29,48 @@ pub(crate) fn write(words: &[String], root: &Path) -> Result<(), Box<dyn Error>>
     Ok(())
 }
 
-fn text() -> Result<String, Box<dyn Error>> {
+fn typescript() -> Result<String, Box<dyn Error>> {
     let document = magician_station::api::openrpc();
-    let mut text = HEAD.to_owned();
+    let mut typescript = HEAD.to_owned();
     let components = document["components"]["schemas"].as_object();
     for (name, schema) in components.into_iter().flatten() {
-        writeln!(text, "export type {name} = {};\n", type_of(schema, 0)?)?;
+        writeln!(
+            typescript,
+            "export type {name} = {};\n",
+            type_of(schema, 0)?
+        )?;
     }
-    text += "export interface Methods {\n";
+    typescript += "export interface Methods {\n";
     let methods = document["methods"].as_array().into_iter().flatten();
     for method in methods {
         let name = method["name"].as_str().unwrap_or_default();
-        let about = method["summary"].as_str().unwrap_or_default();
-        writeln!(text, "  /** {about} */\n  {name:?}: {{\n    params: {{")?;
+        let summary = method["summary"].as_str().unwrap_or_default();
+        writeln!(
+            typescript,
+            "  /** {summary} */\n  {name:?}: {{\n    params: {{"
+        )?;
         for param in method["params"].as_array().into_iter().flatten() {
-            let mark = if param["required"] == true { "" } else { "?" };
+            let optional_mark = if param["required"] == true { "" } else { "?" };
             let name = param["name"].as_str().unwrap_or_default();
             let kind = type_of(&param["schema"], 6)?;
-            writeln!(text, "      {name}{mark}: {kind};")?;
+            writeln!(typescript, "      {name}{optional_mark}: {kind};")?;
         }
         let result = type_of(&method["result"]["schema"], 4)?;
-        writeln!(text, "    }};\n    result: {result};\n  }};")?;
+        writeln!(typescript, "    }};\n    result: {result};\n  }};")?;
     }
-    text += "}\n\n/** What a station tells by itself: parameters by notification. */\nexport interface Notifications {\n";
+    typescript += "}\n\n/** What a station tells by itself: parameters by notification. */\nexport interface Notifications {\n";
     for row in document["x-notifications"].as_array().into_iter().flatten() {
-        let (name, about) = (&row["name"], row["summary"].as_str().unwrap_or_default());
+        let (name, summary) = (&row["name"], row["summary"].as_str().unwrap_or_default());
         let kind = type_of(&row["params"], 2)?;
-        writeln!(text, "  /** {about} */\n  {name}: {kind};")?;
+        writeln!(typescript, "  /** {summary} */\n  {name}: {kind};")?;
     }
-    text += "}\n";
-    Ok(text)
+    typescript += "}\n";
+    Ok(typescript)
 }
 
 /// Returns a JSON schema as a TypeScript type.
 fn type_of(schema: &Value, indent: usize) -> Result<String, Box<dyn Error>> {
-    let all = |kinds: &[Value], between: &str| {
+    let join_types = |kinds: &[Value], between: &str| {
         let kinds = kinds.iter().map(|kind| type_of(kind, indent));
         Ok::<_, Box<dyn Error>>(kinds.collect::<Result<Vec<_>, _>>()?.join(between))
     };
@@ -79,7 +86,7 @@ fn type_of(schema: &Value, indent: usize) -> Result<String, Box<dyn Error>> {
     }
     for key in ["oneOf", "anyOf"] {
         if let Some(kinds) = schema[key].as_array() {
-            return all(kinds, " | ");
+            return join_types(kinds, " | ");
         }
     }
     let kinds: Vec<_> = match &schema["type"] {
@@ -92,30 +99,34 @@ fn type_of(schema: &Value, indent: usize) -> Result<String, Box<dyn Error>> {
         parts.push(match (kind, &schema["items"]) {
             ("integer" | "number", _) => "number".to_owned(),
             ("array", Value::Null) => "unknown[]".to_owned(),
-            ("array", Value::Array(items)) => format!("[{}]", all(items, ", ")?),
+            ("array", Value::Array(items)) => format!("[{}]", join_types(items, ", ")?),
             ("array", items) => match type_of(items, indent)? {
                 item if item.contains(' ') => format!("Array<{item}>"),
                 item => format!("{item}[]"),
             },
-            ("object", _) => object(schema, indent)?,
+            ("object", _) => object_type(schema, indent)?,
             (plain, _) => plain.to_owned(),
         });
     }
     Ok(parts.join(" | "))
 }
 
-fn object(schema: &Value, indent: usize) -> Result<String, Box<dyn Error>> {
+fn object_type(schema: &Value, indent: usize) -> Result<String, Box<dyn Error>> {
     let Some(members) = schema["properties"].as_object() else {
-        let of = type_of(&schema["additionalProperties"], indent)?;
-        return Ok(format!("Record<string, {of}>"));
+        let member_type = type_of(&schema["additionalProperties"], indent)?;
+        return Ok(format!("Record<string, {member_type}>"));
     };
     let mut text = "{\n".to_owned();
     let pad = " ".repeat(indent + 2);
     let required = schema["required"].as_array().map_or(&[][..], Vec::as_slice);
     for (name, member) in members {
-        let is_there = required.iter().any(|known| known == name);
-        let mark = if is_there { "" } else { "?" };
-        writeln!(text, "{pad}{name}{mark}: {};", type_of(member, indent + 2)?)?;
+        let is_required = required.iter().any(|known| known == name);
+        let optional_mark = if is_required { "" } else { "?" };
+        writeln!(
+            text,
+            "{pad}{name}{optional_mark}: {};",
+            type_of(member, indent + 2)?
+        )?;
     }
     write!(text, "{}}}", " ".repeat(indent))?;
     Ok(text)
@@ -129,7 +140,7 @@ mod tests {
     fn types_agree_with_the_station_table() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src/api.ts");
         let written = fs::read_to_string(path).unwrap_or_default();
-        let text = text().unwrap();
+        let text = typescript().unwrap();
         assert!(written == text, "cargo xtask studio-api writes it anew");
     }
 }

@@ -16,8 +16,9 @@ const FOLDER: &str = "crates/magician-studio/modules";
 const FLAG_SEPARATOR: &str = "\x1f";
 
 struct Module {
-    /// Name of the file, and the feature of `magician-wasm` that it is built with.
+    /// Name of the file.
     name: &'static str,
+    /// Feature of `magician-wasm` that the module is built with.
     feature: &'static str,
     target: &'static str,
     /// Goal for its size, bytes of gzip.
@@ -56,8 +57,8 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
         let packed = gzip(&bytes)?;
         print_size(module.name, packed.len(), module.goal);
         let path = root.join(FOLDER).join(format!("{}.gz", module.name));
-        // Unchanged files are left alone, because writing one would cause it to be embedded again.
-        if !fs::read(&path).is_ok_and(|kept| kept == packed) {
+        // Unchanged files are not rewritten: Cargo would rebuild everything that embeds them.
+        if !fs::read(&path).is_ok_and(|current| current == packed) {
             fs::write(path, packed)?;
         }
     }

@@ -32,30 +32,30 @@ pub(super) struct Comparison {
 
 /// Compares the input of a piece with its preview and its drawing, both as SVG, and with the
 /// estimate.
-pub(super) fn figures(
+pub(super) fn compare_piece(
     piece: &Piece,
     input: &[u8],
-    look: &str,
-    left: &str,
+    preview_svg: &str,
+    result_svg: &str,
     estimate: &Value,
 ) -> Result<Comparison> {
-    if !piece.leaves() {
+    if !piece.makes_marks() {
         return Ok(Comparison {
             text: "It leaves no mark; the tests hold the path of the virtual arm's tool against the preview's.".to_owned(),
             is_good: true,
         });
     }
-    let drawing = Drawing::from(strokes(left)?);
-    let left = lines_of(&drawing);
+    let drawing = Drawing::from(strokes(result_svg)?);
+    let result_lines = lines_of(&drawing);
     let bounds = drawing.bounds().ok_or("nothing was left")?;
     let off = max_offset(bounds, &estimate["bounds"]).ok_or("no bounds")?;
     // Dots appear as markers in a preview, and not as lines.
-    let lines: Vec<Line> = { left.iter() }
+    let lines: Vec<Line> = { result_lines.iter() }
         .filter(|line| line.len() > 1)
         .cloned()
         .collect();
     let shown = fit_to(
-        visible_lines(look)?,
+        visible_lines(preview_svg)?,
         bounds_of(&lines).ok_or("no lines were left")?,
     )?;
     let matched = compare(&shown, &lines, PREVIEW_TOLERANCE).matched;
@@ -68,7 +68,12 @@ pub(super) fn figures(
         Input::Lines(_, reader) if reader.is_independent() => {
             let source = reader.lines(input)?;
             let source: Vec<Line> = source.into_iter().map(|(_, line)| line).collect();
-            let matched = compare(&move_to_estimate(source, estimate)?, &left, TOLERANCE).matched;
+            let matched = compare(
+                &move_to_estimate(source, estimate)?,
+                &result_lines,
+                TOLERANCE,
+            )
+            .matched;
             text += &format!(
                 " File and result: {} At most {:.2} mm off, {:.3} mm in the mean, with pixels of {:.2} mm.",
                 share(&matched),
@@ -246,8 +251,8 @@ fn bounds_of(lines: &[Line]) -> Option<[[f64; 2]; 2]> {
 fn max_offset([low, high]: [[f64; 2]; 2], bounds: &Value) -> Option<f64> {
     let mut worst: f64 = 0.0;
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
-        for (side, is) in [low[axis], high[axis]].into_iter().enumerate() {
-            worst = worst.max((bounds[name][side].as_f64()? - is).abs());
+        for (side, actual) in [low[axis], high[axis]].into_iter().enumerate() {
+            worst = worst.max((bounds[name][side].as_f64()? - actual).abs());
         }
     }
     Some(worst)

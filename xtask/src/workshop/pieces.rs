@@ -15,7 +15,7 @@ pub(super) struct Piece {
     pub(super) run: &'static str,
     /// File for its standard input.
     pub(super) stdin: Option<&'static str>,
-    pub(super) pictures: Kind,
+    pub(super) pictures: PictureKind,
 }
 
 /// Input of a piece.
@@ -34,31 +34,31 @@ pub(super) enum Input {
 
 /// Pictures of a piece.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PictureKind {
     Svg,
     /// Raster image, because a file of all lines would be too large.
     Png,
     /// A preview only, since nothing is drawn.
-    Way,
+    PreviewOnly,
 }
 
 impl Piece {
-    pub(super) fn leaves(&self) -> bool {
-        self.pictures != Kind::Way
+    pub(super) fn makes_marks(&self) -> bool {
+        self.pictures != PictureKind::PreviewOnly
     }
 
     pub(super) fn preview(&self) -> String {
         self.picture_name("preview")
     }
 
-    pub(super) fn drawn(&self) -> String {
+    pub(super) fn result(&self) -> String {
         self.picture_name("result")
     }
 
     fn picture_name(&self, what: &str) -> String {
         let end = match self.pictures {
-            Kind::Svg | Kind::Way => "svg",
-            Kind::Png => "png",
+            PictureKind::Svg | PictureKind::PreviewOnly => "svg",
+            PictureKind::Png => "png",
         };
         format!("{}-{what}.{end}", self.name)
     }
@@ -75,8 +75,8 @@ impl Piece {
     /// Returns the command that makes the piece.
     pub(super) fn make_command(&self) -> String {
         match self.pictures {
-            Kind::Way => self.command_line(" --port sim"),
-            Kind::Svg | Kind::Png => self.make_command_as(&self.drawn()),
+            PictureKind::PreviewOnly => self.command_line(" --port sim"),
+            PictureKind::Svg | PictureKind::Png => self.make_command_as(&self.result()),
         }
     }
 
@@ -103,7 +103,7 @@ const DEFAULT_PIECE: Piece = Piece {
     command: "",
     run: "",
     stdin: None,
-    pictures: Kind::Svg,
+    pictures: PictureKind::Svg,
 };
 
 pub(super) const PIECES: &[Piece] = &[
@@ -180,7 +180,7 @@ pub(super) const PIECES: &[Piece] = &[
         description: "Dots, the larger the darker.",
         input: Input::File("landscape.png"),
         command: "magician draw landscape.png --width 70 --image halftone --pen-width 0.5 --spacing 2.5",
-        pictures: Kind::Png,
+        pictures: PictureKind::Png,
         ..DEFAULT_PIECE
     },
     Piece {
@@ -189,7 +189,7 @@ pub(super) const PIECES: &[Piece] = &[
         description: "Lines that swing the more the darker it is; the pen is hardly lifted.",
         input: Input::File("landscape.png"),
         command: "magician draw landscape.png --width 90 --image squiggle --spacing 3",
-        pictures: Kind::Png,
+        pictures: PictureKind::Png,
         ..DEFAULT_PIECE
     },
     Piece {
@@ -198,7 +198,7 @@ pub(super) const PIECES: &[Piece] = &[
         description: "Straight lines, crossed by others where it is darker.",
         input: Input::File("landscape.png"),
         command: "magician draw landscape.png --width 90 --image hatch",
-        pictures: Kind::Png,
+        pictures: PictureKind::Png,
         ..DEFAULT_PIECE
     },
     Piece {
@@ -215,7 +215,7 @@ pub(super) const PIECES: &[Piece] = &[
         description: "Grey becomes power. [Engrave with the laser](../recipes/engrave.md).",
         input: Input::Tones("landscape.png", [48.0, 0.25]),
         command: "magician engrave landscape.png --width 48 --spacing 0.25",
-        pictures: Kind::Png,
+        pictures: PictureKind::Png,
         ..DEFAULT_PIECE
     },
     Piece {
@@ -232,7 +232,7 @@ pub(super) const PIECES: &[Piece] = &[
         title: "A test grid",
         description: "Powers across, speeds down. The virtual arm shows powers alone: it knows no material. [Read a test grid](../recipes/testgrid.md).",
         command: "magician testgrid --power 20:80:4 --speed 10:40:4",
-        pictures: Kind::Png,
+        pictures: PictureKind::Png,
         ..DEFAULT_PIECE
     },
     Piece {
@@ -276,7 +276,7 @@ pub(super) const PIECES: &[Piece] = &[
         description: "Line by line, as LaserGRBL and its kin write images. The file does not say what full power is, so the person does.",
         input: Input::Lines("sphere.nc", Reader::Gcode),
         command: "magician engrave sphere.nc --s-max 255",
-        pictures: Kind::Png,
+        pictures: PictureKind::Png,
         ..DEFAULT_PIECE
     },
     Piece {
@@ -333,7 +333,7 @@ pub(super) const PIECES: &[Piece] = &[
         description: "A disc that fades from left to right, with lines 0.25 mm apart.",
         input: Input::Tones("engrave_gradient.png", [32.0, 0.25]),
         command: "magician engrave engrave_gradient.png --width 32 --spacing 0.25",
-        pictures: Kind::Png,
+        pictures: PictureKind::Png,
         ..DEFAULT_PIECE
     },
     Piece {
@@ -341,7 +341,7 @@ pub(super) const PIECES: &[Piece] = &[
         title: "A DobotStudio playback file",
         description: "Jumps between named points, and the suction cup. [Play what DobotStudio saved](../recipes/playback.md).",
         command: "magician run jump_suction_named_v170.playback",
-        pictures: Kind::Way,
+        pictures: PictureKind::PreviewOnly,
         ..DEFAULT_PIECE
     },
 ];

@@ -1,4 +1,4 @@
-//! Runs the commands of a piece as a user would in a shell, in a folder with the files.
+//! Runs the commands of a piece in a shell, as a user would, in a folder with all input files.
 
 use std::error::Error;
 use std::fs;
@@ -11,7 +11,7 @@ use super::pieces::{Input, Piece};
 use super::{marks, pictures};
 
 /// Folders with the inputs of pieces.
-const FILES: [&str; 3] = [
+const INPUT_FOLDERS: [&str; 3] = [
     "crates/magician-program/samples",
     "crates/magician-formats/fonts",
     "docs/evidence/workshop/files",
@@ -19,27 +19,27 @@ const FILES: [&str; 3] = [
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// Result of a piece.
+/// Output and pictures of the commands of a piece, and their comparison.
 pub(super) struct PieceResult {
     /// Output of the last command.
     pub(super) output: String,
     /// Pictures on the page: heading and file name, relative to the folder of the pictures.
     pub(super) shown: Vec<(&'static str, String)>,
-    /// Pictures that were made.
+    /// Pictures to write: file name and bytes.
     pub(super) pictures: Vec<(String, Vec<u8>)>,
-    /// Deviations as text.
+    /// Deviations between file, preview and result, as text.
     pub(super) figures: String,
     pub(super) is_good: bool,
 }
 
-/// Folder with all files in which commands run.
+/// Folder in which the commands run, with all input files.
 pub(super) struct CommandFolder {
-    place: PathBuf,
-    path: String,
+    folder: PathBuf,
+    path_variable: String,
 }
 
 impl CommandFolder {
-    /// Builds the command and copies the files.
+    /// Builds `magician` and copies the input files into a new folder.
     pub(super) fn new(root: &Path) -> Result<Self> {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let built = Command::new(cargo)
@@ -51,70 +51,70 @@ impl CommandFolder {
         }
         let here = std::env::current_exe()?;
         let built = here.parent().ok_or("no folder of the command")?;
-        let place = built.join("workshop");
-        let _ = fs::remove_dir_all(&place);
-        fs::create_dir_all(&place)?;
-        for folder in FILES {
-            for entry in fs::read_dir(root.join(folder))? {
+        let folder = built.join("workshop");
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder)?;
+        for input_folder in INPUT_FOLDERS {
+            for entry in fs::read_dir(root.join(input_folder))? {
                 let entry = entry?;
                 if entry.file_type()?.is_file() {
-                    fs::copy(entry.path(), place.join(entry.file_name()))?;
+                    fs::copy(entry.path(), folder.join(entry.file_name()))?;
                 }
             }
         }
-        let path = std::env::var("PATH").unwrap_or_default();
+        let path_variable = std::env::var("PATH").unwrap_or_default();
         Ok(Self {
-            path: format!("{}:{path}", built.display()),
-            place,
+            path_variable: format!("{}:{path_variable}", built.display()),
+            folder,
         })
     }
 
     /// Previews the piece, then makes it.
     pub(super) fn make(&self, piece: &Piece) -> Result<PieceResult> {
-        let (preview, drawn) = (piece.preview(), piece.drawn());
+        let (preview, result) = (piece.preview(), piece.result());
         self.shell(&piece.preview_command())?;
         let output = self.shell(&piece.make_command())?;
-        // Also as lines, for the comparison, whatever the page shows.
+        // The comparison needs both pictures as lines, even if the page shows pixels.
         self.shell(&piece.preview_command_as("look.svg"))?;
         self.shell(&piece.make_command_as("left.svg"))?;
         let estimate: Value = serde_json::from_str(&self.shell(&piece.estimate_command())?)?;
-        let [look, left] =
-            ["look.svg", "left.svg"].map(|name| fs::read_to_string(self.place.join(name)));
+        let [preview_svg, result_svg] =
+            ["look.svg", "left.svg"].map(|name| fs::read_to_string(self.folder.join(name)));
         let input = match piece.input {
             Input::File(file) | Input::Lines(file, _) | Input::Tones(file, _) => {
-                fs::read(self.place.join(file))?
+                fs::read(self.folder.join(file))?
             }
             Input::Words | Input::None => Vec::new(),
         };
-        let matched = marks::figures(piece, &input, &look?, &left?, &estimate)?;
+        let matched = marks::compare_piece(piece, &input, &preview_svg?, &result_svg?, &estimate)?;
         let mut shown = Vec::new();
-        let mut made = Vec::new();
+        let mut written = Vec::new();
         if let Some((name, bytes)) = pictures::input(piece, &input)? {
             shown.push(("the file", name.clone()));
-            made.extend(bytes.map(|bytes| (name, bytes)));
+            written.extend(bytes.map(|bytes| (name, bytes)));
         }
         shown.push(("preview", preview.clone()));
-        made.push((preview.clone(), pictures::reduced(&self.read(&preview)?)?));
-        if piece.leaves() {
-            shown.push(("what the arm left", drawn.clone()));
-            made.push((drawn.clone(), pictures::reduced(&self.read(&drawn)?)?));
+        written.push((preview.clone(), pictures::reduced(&self.read(&preview)?)?));
+        if piece.makes_marks() {
+            shown.push(("what the arm left", result.clone()));
+            written.push((result.clone(), pictures::reduced(&self.read(&result)?)?));
         }
         Ok(PieceResult {
             output,
             shown,
-            pictures: made,
+            pictures: written,
             figures: matched.text,
             is_good: matched.is_good,
         })
     }
 
     fn read(&self, name: &str) -> Result<Vec<u8>> {
-        Ok(fs::read(self.place.join(name))?)
+        Ok(fs::read(self.folder.join(name))?)
     }
 
     /// Runs a line in a shell and returns its output on stdout.
-    fn shell(&self, line: &str) -> Result<String> {
-        let home = self.place.join(".home");
+    fn shell(&self, command_line: &str) -> Result<String> {
+        let home = self.folder.join(".home");
         let mut command = Command::new("/bin/sh");
         for variable in ["MAGICIAN_PORT", "MAGICIAN_TOOL", "MAGICIAN_WINDOW"] {
             command.env_remove(variable);
@@ -129,16 +129,16 @@ impl CommandFolder {
             command.env(variable, &home);
         }
         let output = command
-            .args(["-c", line])
-            .env("PATH", &self.path)
+            .args(["-c", command_line])
+            .env("PATH", &self.path_variable)
             .env("MAGICIAN_CONFIG", "/dev/null")
             .env("NO_COLOR", "1")
-            .current_dir(&self.place)
+            .current_dir(&self.folder)
             .stdin(Stdio::null())
             .output()?;
         if !output.status.success() {
             let why = String::from_utf8_lossy(&output.stderr).into_owned();
-            return Err(format!("{line}: {}: {why}", output.status).into());
+            return Err(format!("{command_line}: {}: {why}", output.status).into());
         }
         Ok(String::from_utf8(output.stdout)?)
     }

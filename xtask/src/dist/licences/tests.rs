@@ -96,7 +96,7 @@ fn every_embedded_file_is_declared() {
         .map(|data| data.file.canonicalize().unwrap())
         .collect();
     let mut sources = Vec::new();
-    collect(&root().join("crates"), &mut sources);
+    collect_rust_sources(&root().join("crates"), &mut sources);
     let mut seen = 0;
     for source in sources {
         let text = fs::read_to_string(&source).unwrap();
@@ -120,12 +120,12 @@ fn every_embedded_file_is_declared() {
     assert!(seen > 0, "the font is found");
 }
 
-fn collect(folder: &Path, sources: &mut Vec<PathBuf>) {
+fn collect_rust_sources(folder: &Path, sources: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         if path.is_dir() && !["target", "tests", "examples", "benches"].contains(&&*name) {
-            collect(&path, sources);
+            collect_rust_sources(&path, sources);
         } else if name.ends_with(".rs") && name != "tests.rs" {
             sources.push(path);
         }
