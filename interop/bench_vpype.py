@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""Ten drawings in the order of vpype and in ours: how long the pen travels, how often it is lifted, how long the arm takes.
+"""Compares the drawing order of vpype with ours on ten drawings: travel of the pen, number of
+lines, and duration on the arm.
 
     python3 -m venv VENV && VENV/bin/pip install -r interop/vpype.txt
     interop/bench_vpype.py --vpype VENV/bin/vpype [--magician target/debug/magician] [--before OTHER] [--json]
 
-Every drawing is made by `magician convert --no-order` into lines, which are written as one SVG in mm. That file goes through
-`vpype read .. linemerge linesort write ..` (and once more with `reloop` and `linesimplify` before), and what comes out is drawn as it stands:
-`draw --no-order`. The same file goes through our order: `draw` with its defaults. Ends within 0.1 mm are joined in all of them. The
-columns are of the check on the virtual arm, whose time is that of the run. `off` is how far any point of one's lines is from
-those of the file, mm: the larger of what is lost and what is new.
+`magician convert --no-order` converts each drawing to lines, which are written as one SVG in mm.
+vpype orders this file by `vpype read .. linemerge linesort write ..`, and again with `reloop` and
+`linesimplify` before `linesort`; `draw --no-order` draws the results. We order the same file by
+`draw` with its defaults. Both join ends within 0.1 mm. The columns are those of the check on the
+virtual arm, which predicts the duration of the run. `off` is the Hausdorff distance of the lines
+from those of the file, mm: the larger of what is lost and what is new.
 """
 
 import argparse
@@ -72,7 +74,7 @@ PAPER = -60.0
 POINTS = 5000
 
 
-def called(*words):
+def run_command(*words):
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"{words[0]} {words[1]}: {done.stderr.strip()}")
@@ -109,7 +111,8 @@ def write(lines, path):
 
 
 def read(path):
-    """Returns the lines of an SVG of polylines and straight paths, as vpype writes them, in mm."""
+    """Returns the lines of an SVG of polylines, polygons and straight lines, as vpype writes it, in
+    mm."""
     root = ElementTree.parse(path).getroot()
     width = float(re.match(r"[\d.]+", root.get("width"))[0]) * (
         25.4 / 2.54 if root.get("width").endswith("cm") else 1.0
@@ -131,7 +134,7 @@ def read(path):
     return lines
 
 
-class Near:
+class SegmentGrid:
     """Index of straight segments by the grid cells that they pass."""
 
     CELL = 2.0
@@ -140,29 +143,29 @@ class Near:
         self.cells = {}
         for line in lines:
             for a, b in zip(line, line[1:] if len(line) > 1 else line):
-                long = math.dist(a, b)
-                for nth in range(int(long / self.CELL * 2) + 2):
-                    share = nth / (int(long / self.CELL * 2) + 1)
-                    x, y = (a[axis] + share * (b[axis] - a[axis]) for axis in (0, 1))
+                length = math.dist(a, b)
+                for nth in range(int(length / self.CELL * 2) + 2):
+                    fraction = nth / (int(length / self.CELL * 2) + 1)
+                    x, y = (a[axis] + fraction * (b[axis] - a[axis]) for axis in (0, 1))
                     self.cells.setdefault((int(x // self.CELL), int(y // self.CELL)), {})[(a, b)] = None
 
-    def off(self, point):
+    def distance(self, point):
         column, row = (int(value // self.CELL) for value in point)
         best = math.inf
         for i in (-1, 0, 1):
             for j in (-1, 0, 1):
                 for a, b in self.cells.get((column + i, row + j), ()):
-                    ways = [b[axis] - a[axis] for axis in (0, 1)]
-                    square = ways[0] ** 2 + ways[1] ** 2
-                    share = 0.0
-                    if square:
-                        share = sum((point[axis] - a[axis]) * ways[axis] for axis in (0, 1)) / square
-                    share = min(1.0, max(0.0, share))
-                    best = min(best, math.dist(point, [a[axis] + share * ways[axis] for axis in (0, 1)]))
+                    delta = [b[axis] - a[axis] for axis in (0, 1)]
+                    length_squared = delta[0] ** 2 + delta[1] ** 2
+                    fraction = 0.0
+                    if length_squared:
+                        fraction = sum((point[axis] - a[axis]) * delta[axis] for axis in (0, 1)) / length_squared
+                    fraction = min(1.0, max(0.0, fraction))
+                    best = min(best, math.dist(point, [a[axis] + fraction * delta[axis] for axis in (0, 1)]))
         return best
 
 
-def along(lines, step):
+def sample_points(lines, step):
     for line in lines:
         yield line[0]
         for a, b in zip(line, line[1:]):
@@ -171,12 +174,12 @@ def along(lines, step):
                 yield tuple(a[axis] + nth / count * (b[axis] - a[axis]) for axis in (0, 1))
 
 
-def off(one, other):
+def hausdorff_distance(one, other):
     """Returns the largest distance of any point of one drawing from the other, mm (Hausdorff
     distance)."""
-    near, back = Near(other), Near(one)
+    other_grid, own_grid = SegmentGrid(other), SegmentGrid(one)
     step = max(0.5, sum(math.dist(a, b) for line in one for a, b in zip(line, line[1:])) / POINTS)
-    return max(max(map(near.off, along(one, step))), max(map(back.off, along(other, step))))
+    return max(max(map(other_grid.distance, sample_points(one, step))), max(map(own_grid.distance, sample_points(other, step))))
 
 
 def travel(lines):
@@ -184,34 +187,34 @@ def travel(lines):
 
 
 def check(magician, path, *words):
-    """Returns the duration on the arm, and the lines it draws."""
+    """Returns the duration on the arm and the time that the check took, s."""
     words = ("draw", path, "--surface", PAPER, "--port", "sim", "--system-fonts", "off", *words)
     begun = time.perf_counter()
-    report = json.loads(called(magician, *words, "--check", "--json").splitlines()[-1])
-    spent = time.perf_counter() - begun
-    return report["seconds"], spent
+    report = json.loads(run_command(magician, *words, "--check", "--json").splitlines()[-1])
+    elapsed = time.perf_counter() - begun
+    return report["seconds"], elapsed
 
 
-def drawn(magician, path, into, *words):
-    called(magician, "convert", path, into, "--surface", PAPER, *words)
-    return lines_of(into)
+def converted_lines(magician, path, output, *words):
+    run_command(magician, "convert", path, output, "--surface", PAPER, *words)
+    return lines_of(output)
 
 
-def measured(magician, vpype, before, folder, name, file, words):
+def measure_drawing(magician, vpype, before, folder, name, file, words):
     raw, plan = folder / "raw.svg", folder / "plan.json"
     source = folder / "made.svg"
     if str(file).startswith("<svg"):
         source.write_text(file)
     else:
         source = SAMPLES / file
-    called(magician, "convert", source, plan, "--surface", PAPER, "--no-order", *words)
+    run_command(magician, "convert", source, plan, "--surface", PAPER, "--no-order", *words)
     write(lines_of(plan), raw)
-    wanted = read(raw)
+    file_lines = read(raw)
     rows = []
 
     def row(order, path, *words, spent=None, magician=magician):
-        seconds, ours = check(magician, path, *words)
-        lines = drawn(magician, path, plan, *words)
+        seconds, check_time = check(magician, path, *words)
+        lines = converted_lines(magician, path, plan, *words)
         # Translates back to the page, whose upper left corner is that of the lines.
         left, top = min(x for line in lines for x, _ in line), max(y for line in lines for _, y in line)
         page = [[(x - left, top - y) for x, y in line] for line in lines]
@@ -223,8 +226,8 @@ def measured(magician, vpype, before, folder, name, file, words):
                 "travel_mm": round(travel(lines), 1),
                 "seconds": round(seconds, 1),
                 "seconds_a_line": round(seconds / len(lines), 3),
-                "off_mm": round(off(page, wanted), 3),
-                "computed_s": round(ours if spent is None else spent, 2),
+                "off_mm": round(hausdorff_distance(page, file_lines), 3),
+                "computed_s": round(check_time if spent is None else spent, 2),
             }
         )
 
@@ -235,7 +238,7 @@ def measured(magician, vpype, before, folder, name, file, words):
     for order, first in (("vpype", ()), ("vpype, all", ("reloop", "linesimplify", "--tolerance", "0.02mm"))):
         sorted_by_vpype = folder / "vpype.svg"
         begun = time.perf_counter()
-        called(
+        run_command(
             vpype, "read", "--no-crop", raw, "linemerge", "--tolerance", "0.1mm", *first, "linesort", "write", sorted_by_vpype,
         )  # fmt: skip
         row(order, sorted_by_vpype, "--no-order", spent=time.perf_counter() - begun)
@@ -256,7 +259,7 @@ def main():
         if args.only and name not in args.only:
             continue
         with tempfile.TemporaryDirectory() as folder:
-            for row in measured(args.magician, args.vpype, args.before, pathlib.Path(folder), name, file, words):
+            for row in measure_drawing(args.magician, args.vpype, args.before, pathlib.Path(folder), name, file, words):
                 if args.json:
                     print(json.dumps(row), flush=True)
                     continue

@@ -11,7 +11,7 @@ import pathlib
 import subprocess
 from ctypes import byref, c_byte, c_float, c_int, c_uint64, create_string_buffer
 
-DUE = {"v1": 2, "v2": 2, "v3": 4}
+NOT_CONNECTED = {"v1": 2, "v2": 2, "v3": 4}
 SENTINEL = 7_777_777
 
 
@@ -42,7 +42,7 @@ DevInfo = structure("DevInfo", ("id", c_int), ("type", c_int), ("name", c_byte *
 ConnectInfo = structure("ConnectInfo", ("master", DevInfo), ("slave1", DevInfo), ("slave2", DevInfo))
 
 
-class Connected:
+class ConnectResult:
     """Result of ConnectDobot."""
 
     def __init__(self, result, firmware, version, ids=(), kind=2):
@@ -50,7 +50,7 @@ class Connected:
 
 
 class Stock:
-    """Library, called as the stock wrappers of its family do."""
+    """A family's library, called in the same way as by the stock wrappers of that family."""
 
     def __init__(self, family, path):
         self.family, self.path = family, str(path)
@@ -58,27 +58,28 @@ class Stock:
 
     def connect(self, port):
         """Calls ConnectDobot."""
-        place = create_string_buffer(100)
-        place.raw = port.encode()
+        port_buffer = create_string_buffer(100)
+        port_buffer.raw = port.encode()
         if self.family == "v3":
             info = ConnectInfo()
-            result = self.api.ConnectDobot(place, 115200, byref(info))
+            result = self.api.ConnectDobot(port_buffer, 115200, byref(info))
             text = [bytes(field).rstrip(b"\0").decode() for field in (info.master.name, info.master.version)]
-            return Connected(result, *text, (c_int(info.master.id), c_int(0)), info.master.type)
+            return ConnectResult(result, *text, (c_int(info.master.id), c_int(0)), info.master.type)
         firmware, version, number = create_string_buffer(100), create_string_buffer(100), c_int(0)
-        more = (byref(number),) if self.family == "v2" else ()
-        result = self.api.ConnectDobot(place, 115200, firmware, version, *more)
+        id_argument = (byref(number),) if self.family == "v2" else ()
+        result = self.api.ConnectDobot(port_buffer, 115200, firmware, version, *id_argument)
         ids = (number.value,) if self.family == "v2" else ()
-        return Connected(result, firmware.value.decode(), version.value.decode(), ids)
+        return ConnectResult(result, firmware.value.decode(), version.value.decode(), ids)
 
     def arm(self, ids=None):
-        """Functions of an arm. Without ids they are those of a first arm that is not connected."""
-        first = {"v1": (), "v2": (0,), "v3": (c_int(0), c_int(0))}[self.family]
-        return Arm(self, first if ids is None else ids)
+        """Returns the functions of an arm, by default of the first one, whose ids need no
+        connection."""
+        default_ids = {"v1": (), "v2": (0,), "v3": (c_int(0), c_int(0))}[self.family]
+        return Arm(self, default_ids if ids is None else ids)
 
 
 class Arm:
-    """Arm of a library."""
+    """Functions of a library, called for one arm."""
 
     def __init__(self, stock, ids):
         self.stock, self.ids, self.family = stock, ids, stock.family
@@ -95,7 +96,7 @@ class Arm:
         return self.stock.api.SetCmdTimeout(*self.ids[:1], milliseconds)
 
     def pose(self):
-        """Returns the code, and x y z r j1 j2 j3 j4."""
+        """Returns the result code, and x y z r j1 j2 j3 j4."""
         pose = Pose((c_float * 8)(*[SENTINEL] * 8))
         code = self("GetPose", byref(pose))
         return code, list(pose.values)
@@ -125,14 +126,14 @@ class Arm:
 
 def exported(path):
     """Returns the names of the functions that a library exports."""
-    listed = subprocess.run(["nm", "-D", "--defined-only", path], capture_output=True, text=True, check=True).stdout
-    names = {line.split()[2].split("@")[0] for line in listed.splitlines() if line.split()[1:2] == ["T"]}
+    output = subprocess.run(["nm", "-D", "--defined-only", path], capture_output=True, text=True, check=True).stdout
+    names = {line.split()[2].split("@")[0] for line in output.splitlines() if line.split()[1:2] == ["T"]}
     return {name for name in names if name[0].isupper()}
 
 
 def library(magician, family):
-    """Loads the library of a family that was built next to the program, and returns it with the
-    folder of our own modules."""
+    """Returns the path of a family's library, which was built next to the program, and the folder
+    of the crate. Removes MAGICIAN_PORT from the environment."""
     root = pathlib.Path(__file__).resolve().parent.parent
     path = pathlib.Path(magician).resolve().parent / f"libdobotdll_{family}.so"
     if not path.exists():

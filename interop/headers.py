@@ -9,7 +9,7 @@ NUMBERS = {
     "char": ctypes.c_char,
 }
 # Structures with another name in Python.
-CALLED = {"EndEffectorParams": "EndTypeParams"}
+PYTHON_NAMES = {"EndEffectorParams": "EndTypeParams"}
 
 
 def plain(path):
@@ -46,17 +46,17 @@ def functions(path):
     return found
 
 
-def fits(written, declared):
+def is_compatible(c_type, ctypes_type):
     """True if ctypes passes what C expects."""
-    kind, stars = written
+    kind, stars = c_type
     if not stars:
-        return declared is NUMBERS.get(kind, ctypes.c_int32)
+        return ctypes_type is NUMBERS.get(kind, ctypes.c_int32)
     if kind == "char":
-        return declared is ctypes.c_char_p
-    pointed = getattr(declared, "_type_", None)
+        return ctypes_type is ctypes.c_char_p
+    pointed = getattr(ctypes_type, "_type_", None)
     if kind in NUMBERS:
         # Bytes may also be returned into a string buffer.
-        return pointed is NUMBERS[kind] or kind == "uint8_t" and declared is ctypes.c_char_p
+        return pointed is NUMBERS[kind] or kind == "uint8_t" and ctypes_type is ctypes.c_char_p
     if isinstance(pointed, type) and issubclass(pointed, ctypes.Structure):
-        return pointed.__name__ == CALLED.get(kind, kind)
+        return pointed.__name__ == PYTHON_NAMES.get(kind, kind)
     return pointed is ctypes.c_int32

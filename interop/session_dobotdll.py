@@ -18,7 +18,7 @@ from ctypes import byref, c_float, c_int, create_string_buffer
 
 import arm as model
 from checks import TIMEOUT, Checks
-from dobotdll import DUE, HOMECmd, IOADC, IODO, JOGCmd, PTPCmd, SENTINEL, CircleCmd, Stock, library
+from dobotdll import NOT_CONNECTED, SENTINEL, CircleCmd, HOMECmd, IOADC, IODO, JOGCmd, PTPCmd, Stock, library
 from sim import Sim
 from wire import frame, split
 
@@ -46,11 +46,11 @@ def before_connecting(checks, stock):
     arm = stock.arm()
     begin = time.monotonic()
     code, values = arm.pose()
-    checks.equal("GetPose", code, DUE[stock.family])
+    checks.equal("GetPose", code, NOT_CONNECTED[stock.family])
     checks.equal("leaves its output alone", values, [SENTINEL] * 8)
     code, index = arm.move(1, 200, 0, 0, 0)
-    checks.equal("SetPTPCmd and its index", (code, index), (DUE[stock.family], SENTINEL))
-    checks.equal("SetQueuedCmdStartExec", arm("SetQueuedCmdStartExec"), DUE[stock.family])
+    checks.equal("SetPTPCmd and its index", (code, index), (NOT_CONNECTED[stock.family], SENTINEL))
+    checks.equal("SetQueuedCmdStartExec", arm("SetQueuedCmdStartExec"), NOT_CONNECTED[stock.family])
     checks.equal("DisconnectDobot", arm.disconnect(), 0)
     # Three of these calls would wait 3 s each for an arm that does not answer.
     checks.ok("all at once", time.monotonic() - begin < 5)
@@ -169,7 +169,7 @@ def again(checks, stock, arm, port):
     finish(arm, arm.wait(1)[1])
     index = arm.index()
     checks.equal("DisconnectDobot", (arm.disconnect(), arm.disconnect()), (0, 0))
-    checks.equal("then there is no arm", arm.pose()[0], DUE[stock.family])
+    checks.equal("then there is no arm", arm.pose()[0], NOT_CONNECTED[stock.family])
     arm = connects(checks, stock, port)
     checks.near("it stands where it stood", arm.pose()[1], pose)
     checks.equal("indices go on", (arm.index(), arm.wait(1)), (index, (0, index + 1)))
@@ -223,7 +223,7 @@ def two_arms(checks, stock, port):
         finish(arm, arm.move(1, *target)[1])
     checks.near("each went its own way", one.pose()[1][:4] + other.pose()[1][:4], (210, 30, 30, 0, 230, -30, 10, 0))
     one.disconnect()
-    checks.equal("one goes, the other stays", (one.pose()[0], other.pose()[0]), (DUE[stock.family], 0))
+    checks.equal("one goes, the other stays", (one.pose()[0], other.pose()[0]), (NOT_CONNECTED[stock.family], 0))
     third = stock.connect("sim")
     checks.equal("its id is given again", int(getattr(third.ids[0], "value", third.ids[0])), 0)
     other.disconnect()
@@ -318,7 +318,7 @@ def text_probe(checks, stock):
     connected = stock.connect(wire.path)
     said = (connected.result, connected.firmware, connected.version)
     checks.equal("a printer's firmware", said, (0, "GRBL", "1.2.3"))
-    checks.equal("its port is closed again", stock.arm(connected.ids).pose()[0], DUE[stock.family])
+    checks.equal("its port is closed again", stock.arm(connected.ids).pose()[0], NOT_CONNECTED[stock.family])
     stock.arm(connected.ids).disconnect()
     wire.close()
 

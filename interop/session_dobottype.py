@@ -1,8 +1,8 @@
 """Our DobotDllType.py as programs use it: session_dobottype.py PTY UDP TCP SPEED MAGICIAN FAMILY
 
-Checks the contract of the stock files (names, parameters, shapes), the errors that replace their
-endless waits, every function against every export, a script of DobotStudio's in the shim, and a
-pick-and-place program as its user starts it.
+Checks the contract of the stock files (names, parameters, shapes of results) and the errors that
+replace their endless waits. Compares the functions with the exports of the library. Runs a script
+of DobotStudio by `studio.py`, and a pick-and-place program as its user starts it.
 """
 
 import ast
@@ -54,11 +54,11 @@ SetPTPWithLCmd(ptpMode, x, y, z, rHead, l, isQueued=0)
 SetQueuedCmdStartDownload(totalLoop, linePerLoop)  GetInfraredSensor(infraredPort)  GetColorSensorEx(index)
 SetAngleSensorStaticError(rearArmAngleError, frontArmAngleError)  SetWIFIIPAddress(dhcp, addr1, addr2, addr3, addr4)
 """
-# Missing from every DobotDllType: there `GetPoseEx` is a function of another kind.
+# Exports without a wrapper. Each DobotDllType has a `GetPoseEx`, but that is a function of its own.
 NOT_WRAPPED = {"GetPoseEx"}
 
 
-def imported(place):
+def load_module(place):
     """Imports DobotDllType.py as a module."""
     spec = importlib.util.spec_from_file_location("DobotDllType", place)
     module = importlib.util.module_from_spec(spec)
@@ -67,7 +67,7 @@ def imported(place):
 
 
 class Program:
-    """Session of the module, with the id of v2 filled in."""
+    """Functions of the module, called with its `api` and, in v2, the id of the arm."""
 
     def __init__(self, dType, family):
         self.dType, self.family, self.api, self.ids = dType, family, dType.load(), ()
@@ -78,7 +78,7 @@ class Program:
         return answer
 
     def __getattr__(self, name):
-        return lambda *given, **named: getattr(self.dType, name)(self.api, *self.ids, *given, **named)
+        return lambda *arguments, **keywords: getattr(self.dType, name)(self.api, *self.ids, *arguments, **keywords)
 
 
 def names(checks, dType, family):
@@ -128,12 +128,12 @@ def header(checks, dType, include):
     checks.equal("the functions", sorted(set(written) ^ set(dType._PROTOTYPES)), sorted(NOT_WRAPPED & set(written)))
     wrong = [
         name for name, declared in dType._PROTOTYPES.items()
-        if len(written[name]) != len(declared) or not all(map(headers.fits, written[name], declared))
+        if len(written[name]) != len(declared) or not all(map(headers.is_compatible, written[name], declared))
     ]
     checks.equal("declared otherwise", wrong, [])
     # All families share one header of structures. A module contains the structures that its
     # functions need.
-    mine = {name: getattr(dType, headers.CALLED.get(name, name), None) for name in sizes}
+    mine = {name: getattr(dType, headers.PYTHON_NAMES.get(name, name), None) for name in sizes}
     mine = {name: ctypes.sizeof(kind) for name, kind in mine.items() if kind}
     checks.equal("of another size", {name for name, size in mine.items() if size != sizes[name]}, set())
     checks.ok("structures", len(mine) > 35, len(mine))
@@ -145,7 +145,7 @@ def loading(checks, dType, family, path, python):
     with tempfile.TemporaryDirectory(prefix="magician-") as home:
         shutil.copy(dType.__file__, home)
         os.mkdir(os.path.join(home, "there"))
-        copied = imported(os.path.join(home, "DobotDllType.py"))
+        copied = load_module(os.path.join(home, "DobotDllType.py"))
         checks.ok("nothing to load is an error that says where it looked", refused(copied.load, "libDobotDll.so"))
         shutil.copy(path, os.path.join(home, "there", "libDobotDll.so"))
         os.environ["MAGICIAN_DOBOTDLL"] = os.path.join(home, "there")
@@ -180,12 +180,12 @@ def shapes(checks, program, port):
         checks.equal("ConnectDobot", answer, wanted[family])
     checks.near("GetPose", program.GetPose(), POWER_UP_POSE)
     checks.equal("SearchDobot", isinstance(dType.SearchDobot(program.api), list), True)
-    one = (lambda value: value) if family == "v1" else (lambda value: [value])
+    as_result = (lambda value: value) if family == "v1" else (lambda value: [value])
     program.SetDeviceName("a name")
-    checks.equal("GetDeviceName", program.GetDeviceName(), one("a name"))
-    checks.equal("GetDeviceWithL", program.GetDeviceWithL(), one(False))
+    checks.equal("GetDeviceName", program.GetDeviceName(), as_result("a name"))
+    checks.equal("GetDeviceWithL", program.GetDeviceWithL(), as_result(False))
     checks.equal("GetDeviceVersion", len(program.GetDeviceVersion()), 4 if family == "v3" else 3)
-    checks.equal("SetQueuedCmdClear", program.SetQueuedCmdClear(), one(0))
+    checks.equal("SetQueuedCmdClear", program.SetQueuedCmdClear(), as_result(0))
     program.SetQueuedCmdStartExec()
     bits, length = program.GetAlarmsState()
     checks.equal("GetAlarmsState", (len(bits), length), (1000, 16))
@@ -207,8 +207,8 @@ def shapes(checks, program, port):
     current = program.GetQueuedCmdCurrentIndex()
     checks.equal("GetQueuedCmdCurrentIndex", len(current), 2 if family == "v3" else 1)
     seconds = time.monotonic()
-    unit = program.SetWAITCmd(0.2 if family == "v1" else 200)[0]
-    while program.GetQueuedCmdCurrentIndex()[0] < unit:
+    wait_index = program.SetWAITCmd(0.2 if family == "v1" else 200)[0]
+    while program.GetQueuedCmdCurrentIndex()[0] < wait_index:
         dType.dSleep(1)
     seconds = time.monotonic() - seconds
     # With a unit 1,000 times as large it would take 10 s.
@@ -217,10 +217,10 @@ def shapes(checks, program, port):
     program.SetPTPCmdEx(dType.PTPMode.PTPMOVLXYZMode, 220, 20, 30, 5)
     checks.near("a motion that is waited for has ended", program.GetPose()[:4], (220, 20, 30, 5))
     checks.equal("GetPoseEx", round(program.GetPoseEx(2), 2), 20.0)
-    allowed(checks, program)
+    guarded_calls(checks, program)
 
 
-def allowed(checks, program):
+def guarded_calls(checks, program):
     error = failure(program, lambda: program.ResetPose(1, 0, 0))
     checks.equal("what can unlearn something is refused", (error.code, error.function), (3, "ResetPose"))
     checks.ok("and it is said how to allow it", "MAGICIAN_ALLOW" in str(error), error)
@@ -266,7 +266,7 @@ def limits(checks, program):
     checks.ok("an alarm", re.search(r"alarm .*0x[1-9]", str(error)), error)
     checks.ok("is seen at once", time.monotonic() - begin < 15, f"{time.monotonic() - begin:.1f} s")
     checks.ok("by its name, with what to do", all(word in str(error) for word in ("PlanInvCalc", "ClearAll")), error)
-    asked_for(checks, program)
+    own_waiting_loop(checks, program)
     program.SetQueuedCmdClear()
     program.ClearAllAlarmsState()
     program.SetQueuedCmdStartExec()
@@ -274,8 +274,8 @@ def limits(checks, program):
     checks.near("and the arm goes on", program.GetPose()[:3], (220, 0, 30))
 
 
-def asked_for(checks, program):
-    """Tests the waiting loop that most programs contain themselves, during an alarm."""
+def own_waiting_loop(checks, program):
+    """Tests the waiting loop that most programs write for themselves, during an alarm."""
     dType = program.dType
     last = program.SetPTPCmd(1, 220, 0, 30, 0)[0]
 
@@ -306,11 +306,11 @@ def long_waits(checks, program):
     stop = threading.Timer(2.0, program.SetQueuedCmdForceStopExec)
     stop.start()
     dType, ids = program.dType, program.ids
-    # The wait shared by all functions that block. Only v3 has one for triggers.
+    # The wait of all functions that block. Only v3 has such a function for triggers.
     dType._finish(program.api, (dType.masterId, dType.slaveId) if program.family == "v3" else ids, "a trigger", index)
     stop.join()
-    took = time.monotonic() - begin
-    checks.ok("nor is a trigger that does not come", 1.9 < took < TIMEOUT, f"{took:.2f} s")
+    elapsed = time.monotonic() - begin
+    checks.ok("nor is a trigger that does not come", 1.9 < elapsed < TIMEOUT, f"{elapsed:.2f} s")
     program.DisconnectDobot()
     program.dType.QUEUE_STALL = 20.0
 
@@ -335,7 +335,7 @@ def unplugged(checks, program, magician):
 
 
 class Recorder:
-    """An `api` that is not a library, as a Python package would be."""
+    """An `api` that is not a library: it receives the calls, as a Python package could do."""
 
     def __init__(self):
         self.calls = []
@@ -351,7 +351,7 @@ class Recorder:
         return "because"
 
 
-def other_doors(checks, dType, family):
+def api_objects(checks, dType, family):
     print("an api that is no library")
     api, ids = Recorder(), (0,) if family == "v2" else ()
     checks.equal("GetPose", dType.GetPose(api, *ids)[0], 12.5)
@@ -443,7 +443,7 @@ def interrupt(checks, dType):
     print("Ctrl-C")
     surroundings = {**os.environ, "PYTHONPATH": os.path.dirname(dType.__file__)}
     command = [sys.executable, "-B", "-c", INTERRUPTED]
-    # The runner may be in the background, where a shell ignores SIGINT.
+    # A shell starts background jobs with SIGINT ignored, and the runner may be one.
     program = subprocess.Popen(
         command, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
@@ -454,7 +454,7 @@ def interrupt(checks, dType):
     program.send_signal(signal.SIGINT)
     rest, errors = program.communicate(timeout=TIMEOUT)
     checks.equal("a wait is left", (rest, errors.splitlines()[-1]), ("interrupted\n", "KeyboardInterrupt"))
-    # The interrupted wait is one of a minute.
+    # Without an interrupt the wait would last a minute.
     checks.ok("at once", time.monotonic() - begin < 40, f"{time.monotonic() - begin:.2f} s")
 
 
@@ -463,13 +463,13 @@ def main():
     path, capi = library(magician, family)
     os.environ["MAGICIAN_DOBOTDLL"] = str(path)
     source = capi / "python" / family / "DobotDllType.py"
-    dType = imported(pathlib.Path(source))
+    dType = load_module(pathlib.Path(source))
     checks = Checks()
     checks.section(names, dType, family)
     checks.section(functions, dType, family, path, source)
     checks.section(header, dType, capi / "include" / family)
     checks.section(loading, dType, family, path, capi / "python")
-    checks.section(other_doors, dType, family)
+    checks.section(api_objects, dType, family)
     program = Program(dType, family)
     checks.section(shapes, program, port)
     checks.section(limits, program)

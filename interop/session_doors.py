@@ -30,7 +30,7 @@ MEANING = {
 }  # fmt: skip
 
 
-def given(function, ids):
+def arguments_for(function, ids):
     """Returns arguments for a function of the module, after `api` and the ids."""
     names = list(inspect.signature(function).parameters)[1 + ids :]
     return [MEANING.get(name, 1) for name in names]
@@ -65,13 +65,13 @@ def main():
     import magician.compat.dobotdll as dobotdll
 
     ours = dobotdll.family(family)
-    door = ours.load()
+    python_api = ours.load()
     suffix = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
     prefix = "" if suffix == ".dll" else "lib"
     library = ctypes.CDLL(str(TARGET / "debug" / f"{prefix}dobotdll_{family}{suffix}"))
     with tempfile.TemporaryDirectory() as home:
         os.chdir(home)
-        first, ids = connected(ours, door, family)
+        first, ids = connected(ours, python_api, family)
         second, _ = connected(ours, library, family)
         # The time since the arm's power-up differs.
         checks.equal("ConnectDobot", first[:7], second[:7])
@@ -81,42 +81,42 @@ def main():
             if inspect.isfunction(function) and function.__module__ == ours.__name__
             if not name.startswith("_") and name not in HOST
         ]
-        same = 0
+        equal_count = 0
         for name, function in sorted(functions):
             if any(word in name for word in ("StartExec", "StopExec", "TRIG", "Download", "JOGCmd", "HOMECmd", "Leveling")):
                 continue
-            for api in (door, library):
+            for api in (python_api, library):
                 ours.ClearAllAlarmsState(api, *ids)
                 ours.SetPTPCmdEx(api, *ids, 1, 200.0, 0.0, 20.0, 0.0, 1)
-            arguments = given(function, len(ids))
-            one, other = (plain(outcome(function, api, ids, arguments)) for api in (door, library))
+            arguments = arguments_for(function, len(ids))
+            one, other = (plain(outcome(function, api, ids, arguments)) for api in (python_api, library))
             if one == other:
-                same += 1
+                equal_count += 1
             else:
                 checks.equal(f"{name}{tuple(arguments)}", one, other)
-        checks.ok("functions that give back the same", same > 130, same)
+        checks.ok("functions that give back the same", equal_count > 130, equal_count)
         for word in ("SetTRIGCmd", "SetHOMECmd", "SetJOGCmd", "SetAutoLevelingCmd"):
             function = getattr(ours, word)
-            for api in (door, library):
+            for api in (python_api, library):
                 ours.SetQueuedCmdStopExec(api, *ids)
-            one, other = (plain(outcome(function, api, ids, given(function, len(ids)))) for api in (door, library))
+            one, other = (plain(outcome(function, api, ids, arguments_for(function, len(ids)))) for api in (python_api, library))
             checks.equal(f"{word} on a stopped queue", one, other)
-            for api in (door, library):
+            for api in (python_api, library):
                 ours.SetQueuedCmdClear(api, *ids)
         for allowed in ("SetDeviceSN", "UpdateFirmware"):
-            for api in (door, library):
+            for api in (python_api, library):
                 ours.MagicianAllow(api, allowed)
             function = getattr(ours, allowed)
-            arguments = given(function, len(ids))
-            one, other = (plain(outcome(function, api, ids, arguments)) for api in (door, library))
+            arguments = arguments_for(function, len(ids))
+            one, other = (plain(outcome(function, api, ids, arguments)) for api in (python_api, library))
             checks.equal(f"{allowed}, allowed", one, other)
-        one, other = (plain(ours.GetDeviceSN(api, *ids)) for api in (door, library))
+        one, other = (plain(ours.GetDeviceSN(api, *ids)) for api in (python_api, library))
         checks.equal("the serial number is the new one", one, other)
-        one, other = (plain(ours.GetPose(api, *ids)) for api in (door, library))
+        one, other = (plain(ours.GetPose(api, *ids)) for api in (python_api, library))
         checks.equal("both arms stand at", one, other)
-        for api in (door, library):
+        for api in (python_api, library):
             ours.DisconnectDobot(api, *ids)
-        one, other = (outcome(ours.GetPose, api, ids, []) for api in (door, library))
+        one, other = (outcome(ours.GetPose, api, ids, []) for api in (python_api, library))
         checks.equal("without a connection", one, other)
         os.chdir("/")
     checks.finish()

@@ -50,7 +50,7 @@ sys.exit(main())
 """
 CURRENT_INDEX, POSE = 246, 10
 
-NEWER = """
+PYDOBOT2_PROGRAM = """
 from {library} import Dobot
 dobot = Dobot(PORT)
 dobot.speed(80, 70)
@@ -69,7 +69,7 @@ dobot.get_pose()
 dobot.close()
 """
 # Calls that pydobot2 lacks, or that fail in it.
-PLUS = """
+PYDOBOTPLUS_CALLS = """
 dobot.conveyor_belt(0.5)
 dobot.conveyor_belt(0)
 dobot.conveyor_belt_distance(50, 10)
@@ -87,7 +87,7 @@ dobot.jog_x(0)
 dobot.close()
 """
 # The library stores its settings in the home directory.
-LAB = """
+PYDOBOTLAB_PROGRAM = """
 import os
 os.environ["XDG_CONFIG_HOME"] = os.path.dirname(PORT)
 from pydobotlab import JOGCmd, Magician, PTPMode
@@ -156,7 +156,7 @@ with Magician(PORT, require_panel=False, verbose=False) as bot:
     bot.queued_cmd_left_space()
 """
 # The library's conveyor belt runs in one direction only, and `close()` closes the gripper.
-API = """
+DOBOTAPI_PROGRAM = """
 from dobotapi import Dobot
 from dobotapi.dobot_interfaces import MODE_PTP, Position
 dobot = Dobot(PORT, execution_delay=0.01)
@@ -180,7 +180,7 @@ dobot.close()
 """
 # Omits calls that fail in the library. Frames whose checksum is 0 or 255 (names, the serial number)
 # get a wrong one, so no arm answers them. Inputs are requested without their pin.
-WRAPPER = """
+DOBOTWRAPPERPY_PROGRAM = """
 import asyncio
 from dobotWrapperPy import DobotApi, DobotAsync, DobotConnection
 from dobotWrapperPy.paramsStructures import *
@@ -251,14 +251,14 @@ dobot.wait(10)
 dobot.pose()
 dobot.close()
 """,
-    "pydobot2": NEWER.format(library="pydobot"),
+    "pydobot2": PYDOBOT2_PROGRAM.format(library="pydobot"),
     **{
-        library: NEWER.format(library=library).replace("dobot.close()\n", PLUS)
+        library: PYDOBOT2_PROGRAM.format(library=library).replace("dobot.close()\n", PYDOBOTPLUS_CALLS)
         for library in ("pydobotplus", "pydobotpp")
     },
-    "pydobotlab": LAB,
-    "dobotapi": API,
-    "dobotwrapperpy": WRAPPER,
+    "pydobotlab": PYDOBOTLAB_PROGRAM,
+    "dobotapi": DOBOTAPI_PROGRAM,
+    "dobotwrapperpy": DOBOTWRAPPERPY_PROGRAM,
 }
 
 
@@ -285,16 +285,16 @@ def main():
             print("  left out: it needs Python 3.11")
             continue
         theirs = python_for(f"{library}.txt")
-        under = [theirs, "-B", "-c", THEIRS]
-        wrote, status = run(magician, lambda path, _, under=under: [*under, path, HERE], program)
+        their_command = [theirs, "-B", "-c", THEIRS]
+        their_frames, status = run(magician, lambda path, _, their_command=their_command: [*their_command, path, HERE], program)
         checks.equal("its own library ends well", status, 0)
         options = ["--pydobot", library] if library in ("pydobot", "pydobot2") else []
-        through = [ours, "-B", "-c", OURS, *options]
-        stood_in, status = run(magician, lambda path, script, through=through: [*through, script, path], program)
+        our_command = [ours, "-B", "-c", OURS, *options]
+        our_frames, status = run(magician, lambda path, script, our_command=our_command: [*our_command, script, path], program)
         checks.equal("the stand-in ends well", status, 0)
-        checks.ok("frames were written", len(wrote) > 10)
-        same = [*difflib.unified_diff([str(each) for each in wrote], [str(each) for each in stood_in], lineterm="", n=2)]
-        checks.ok("and the stand-in writes the same", not same, "\n  ".join([f"{len(wrote)} frames", *same]))
+        checks.ok("frames were written", len(their_frames) > 10)
+        same = [*difflib.unified_diff([str(each) for each in their_frames], [str(each) for each in our_frames], lineterm="", n=2)]
+        checks.ok("and the stand-in writes the same", not same, "\n  ".join([f"{len(their_frames)} frames", *same]))
     checks.finish()
 
 

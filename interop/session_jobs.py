@@ -1,7 +1,7 @@
-"""A job of the command that is paused, moved aside, resumed and killed, and then continued by
-Python: session_jobs.py PTY UDP TCP SPEED MAGICIAN
+"""Pauses, resumes and kills a job of the command, and continues it from Python:
+session_jobs.py PTY UDP TCP SPEED MAGICIAN
 
-The job is on the pseudo-terminal. Another program moves the arm over TCP while it is paused.
+The job is on the pseudo-terminal. While it is paused, another program moves the arm over TCP.
 """
 
 import json
@@ -21,7 +21,7 @@ LAST = (*CORNERS[-1], 20.0)
 
 
 def plan_file(home):
-    """Writes the plan file, the same for both."""
+    """Writes the plan file for command and Python. Returns its path and number of steps."""
     steps = [{"move": [x, y, 20.0, 0.0], "by": "line"} for x, y in CORNERS * ROUNDS]
     path = home / "square.plan.json"
     path.write_text(json.dumps({"format": "magician-plan", "version": 1, "title": "square", "steps": steps}))
@@ -29,32 +29,32 @@ def plan_file(home):
 
 
 class Command:
-    """A `magician run` with lines on stdin and stdout."""
+    """Process of `magician run`, controlled by lines of JSON on stdin and stdout."""
 
     def __init__(self, program, port, path):
-        line = [program, "--port", port, "--json", "run", path]
-        self.process = subprocess.Popen(line, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        command = [program, "--port", port, "--json", "run", path]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
-    def tell(self, order):
+    def send(self, order):
         self.process.stdin.write(json.dumps({"do": order}) + "\n")
         self.process.stdin.flush()
 
-    def until(self, event, step=0):
+    def wait_for_event(self, event, step=0):
         """Reads until an event, at a given step or later."""
         for line in self.process.stdout:
-            said = json.loads(line)
-            if said.get("event") == event and said.get("step", step) >= step:
-                return said
+            message = json.loads(line)
+            if message.get("event") == event and message.get("step", step) >= step:
+                return message
         raise AssertionError(f"the command ended before it said {event!r}")
 
 
 def run_verb(program, port, *arguments):
     """Returns the output of a command as JSON."""
-    line = [program, "--port", port, "--json", *arguments]
-    return json.loads(subprocess.run(line, stdin=subprocess.DEVNULL, capture_output=True, check=True).stdout)
+    command = [program, "--port", port, "--json", *arguments]
+    return json.loads(subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=True).stdout)
 
 
-def places(pose):
+def position(pose):
     return pose.x, pose.y, pose.z
 
 
@@ -67,23 +67,23 @@ def main():
         path, steps = plan_file(home)
         run_verb(program, pty, "home")
         job = Command(program, pty, path)
-        job.until("progress", 20)
-        job.tell("pause")
-        checks.equal("the command says that it is paused", job.until("paused"), {"event": "paused", "part": None, "reason": "person"})
+        job.wait_for_event("progress", 20)
+        job.send("pause")
+        checks.equal("the command says that it is paused", job.wait_for_event("paused"), {"event": "paused", "part": None, "reason": "person"})
         queue = run_verb(program, tcp, "queue")
         checks.equal("nothing of it is in the arm", queue["left_space"], 32)
         run_verb(program, tcp, "move", "0", "0", "30", "--relative")
-        job.tell("resume")
-        checks.equal("and that it goes on", job.until("resumed"), {"event": "resumed"})
-        at = job.until("progress", 60)["step"]
+        job.send("resume")
+        checks.equal("and that it goes on", job.wait_for_event("resumed"), {"event": "resumed"})
+        killed_at = job.wait_for_event("progress", 60)["step"]
         job.process.kill()
         job.process.wait()
-        checks.ok("it is killed in its middle", 60 <= at < steps, at)
+        checks.ok("it is killed in its middle", 60 <= killed_at < steps, killed_at)
         with magician.Arm(pty) as arm:
             plan = magician.load(path)
             result = arm.run(plan, resume=True)
             checks.ok("Python goes on where it was", 0 < result.steps <= steps - 60, result.steps)
-            checks.near("and comes to its end", places(arm.pose()), LAST)
+            checks.near("and comes to its end", position(arm.pose()), LAST)
             try:
                 arm.run(plan, resume=True)
                 checks.ok("nothing is left to resume", False)
@@ -108,8 +108,8 @@ def main():
         last = subprocess.run(
             [program, "--port", pty, "--json", "run", path, "--resume"], stdin=subprocess.DEVNULL, capture_output=True, check=True
         )
-        said = json.loads(last.stdout.splitlines()[-1])
-        checks.ok("the command goes on where Python was", said["first_step"] > done, said["first_step"])
+        summary = json.loads(last.stdout.splitlines()[-1])
+        checks.ok("the command goes on where Python was", summary["first_step"] > done, summary["first_step"])
     checks.finish()
 
 

@@ -1,7 +1,7 @@
 """Our Python package on a pseudo-terminal and in process: session_package.py PTY UDP TCP SPEED
 MAGICIAN
 
-Poses are compared with arm.py, indices with those that an observer reads over UDP.
+Compares poses with the model in arm.py, and indices with those that an observer reads over UDP.
 """
 
 import asyncio
@@ -19,22 +19,22 @@ from wire import Observer
 MOVES = [(220.0, 60.0, 40.0, 15.0), (240.0, -50.0, 10.0, -20.0), (200.0, 80.0, 20.0, 0.0)]
 
 
-def eight(pose):
+def pose_values(pose):
     """Returns the numbers of a pose."""
     return pose.x, pose.y, pose.z, pose.r, pose.j1, pose.j2, pose.j3, pose.j4
 
 
 def drive(checks, arm, reference):
     arm.home()
-    checks.near("after homing", eight(arm.pose()), (*reference.pose, *reference.joints))
+    checks.near("after homing", pose_values(arm.pose()), (*reference.pose, *reference.joints))
     for target in MOVES:
         arm.move_to(*target)
         reference.move(model.MOVJ_XYZ, *target)
-        checks.near(f"move_to{target}", eight(arm.pose()), (*reference.pose, *reference.joints))
+        checks.near(f"move_to{target}", pose_values(arm.pose()), (*reference.pose, *reference.joints))
     arm.move_to(210.0, 0.0, 20.0, linear=True)
-    checks.near("in a line, r kept", eight(arm.pose())[:4], (210, 0, 20, 0))
-    ran = arm.perform([words.move_to(200 + n, 0, 20, 0) for n in range(50)])
-    checks.equal("a program longer than the queue", (ran.commands, ran.last - ran.first), (50, 49))
+    checks.near("in a line, r kept", pose_values(arm.pose())[:4], (210, 0, 20, 0))
+    summary = arm.perform([words.move_to(200 + n, 0, 20, 0) for n in range(50)])
+    checks.equal("a program longer than the queue", (summary.commands, summary.last - summary.first), (50, 49))
     arm.set(commands.PtpCommonParams(30, 40))
     checks.equal("set and get", arm.get(commands.PtpCommonParams), commands.PtpCommonParams(30, 40))
     try:
@@ -42,7 +42,7 @@ def drive(checks, arm, reference):
         checks.ok("out of reach is refused", False)
     except magician.errors.UnreachableError as error:
         checks.ok("out of reach is refused", error.value > error.limit, error)
-    return ran.last
+    return summary.last
 
 
 def refuses_unhomed(checks, port):

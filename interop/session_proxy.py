@@ -84,7 +84,7 @@ class Proxy:
 
 
 
-def order(checks, shown, path):
+def check_reply_order(checks, shown, path):
     """Checks that every request of a client is followed by its answer, in order."""
     waiting, matched = [], 0
     for event in shown:
@@ -155,7 +155,7 @@ def main():
         most = len(unanswered) + kinds.count("own")
         checks.ok("nothing was unclaimed but what was asked again, and fences", kinds.count("unclaimed") <= most)
         for path in proxy.paths:
-            order(checks, proxy.shown, path)
+            check_reply_order(checks, proxy.shown, path)
         checks.ok("both paths are gone", not any(os.path.lexists(path) for path in proxy.paths))
     checks.finish()
 

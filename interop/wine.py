@@ -63,7 +63,7 @@ class Windows:
         command = [self.wine, "reg", "add", key, "/v", name, "/d", text, "/f"]
         subprocess.run(command, env=self.environment, check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, timeout=300)
 
-    def bring(self, file, name):
+    def copy_in(self, file, name):
         """Copies a file next to the replacement DLL, where Windows looks for a program's
         libraries."""
         return pathlib.Path(shutil.copyfile(file, self.home / name))
@@ -82,7 +82,7 @@ def run(command, environment=None):
 def main():
     """Runs a program, and passes on its output and status."""
     windows = Windows()
-    program = windows.bring(sys.argv[1], pathlib.Path(sys.argv[1]).name)
+    program = windows.copy_in(sys.argv[1], pathlib.Path(sys.argv[1]).name)
     windows.start()
     try:
         status, out, err = windows.run(program, *sys.argv[2:])

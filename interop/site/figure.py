@@ -36,24 +36,24 @@ def table(result):
 
 def draw(rows):
     """Draws the CPU load in cores over the number of arms."""
-    most = max(row["moving"]["moving"] for row in rows)
-    lines = [(f"stations, {most} move", BLUE, [row["moving"]["stations_cores"] for row in rows]),
+    max_moving = max(row["moving"]["moving"] for row in rows)
+    lines = [(f"stations, {max_moving} move", BLUE, [row["moving"]["stations_cores"] for row in rows]),
              ("stations, arms stand", GREEN, [row["still"]["stations_cores"] for row in rows]),
-             (f"hub, {most} move", ORANGE, [row["moving"]["hub_cores"] for row in rows])]
-    widest = max(row["arms"] for row in rows)
+             (f"hub, {max_moving} move", ORANGE, [row["moving"]["hub_cores"] for row in rows])]
+    max_arms = max(row["arms"] for row in rows)
     top = max(max(values) for _, _, values in lines)
     step = next(step for step in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10) if step * 6 > top)
-    highest = step * math.ceil(top / step)
+    max_cores = step * math.ceil(top / step)
 
     def at(arms, value):
-        x = LEFT + (WIDTH - LEFT - RIGHT) * arms / widest
-        y = HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * value / highest
+        x = LEFT + (WIDTH - LEFT - RIGHT) * arms / max_arms
+        y = HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * value / max_cores
         return f"{x:.1f}", f"{y:.1f}"
 
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" viewBox="0 0 {WIDTH} {HEIGHT}" '
            f'font-family="sans-serif" font-size="13" fill="{INK}">', f'<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>',
            f'<text x="{LEFT}" y="26" font-size="18">What a site costs on one machine, ten arms a station</text>']
-    for part in range(round(highest / step) + 1):
+    for part in range(round(max_cores / step) + 1):
         value = step * part
         _, y = at(0, value)
         out.append(f'<path d="M{LEFT} {y}H{WIDTH - RIGHT}" stroke="{FAINT}"/>'

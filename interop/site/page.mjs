@@ -1,7 +1,8 @@
 #!/usr/bin/env node
-// Pages of a hub for `page`: page.mjs URL PIN [--pictures] [--built DIR]. Each line of JSON on stdin
-// is a command, answered by one line on stdout: {"open": N, "arms": M} opens pages until there are N,
-// each of which shows M arms; {"measure": SECONDS}; {"stop": true} presses Stop all.
+// Opens pages of a hub and measures them, for the script `page` beside this file: page.mjs URL PIN
+// [--pictures] [--built DIR]. Each line of JSON on stdin is a command, answered by one line on
+// stdout: {"open": N, "arms": M} opens pages until there are N, each of which shows M arms;
+// {"measure": SECONDS}; {"stop": true} presses Stop all.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
@@ -10,21 +11,22 @@ import { createInterface } from "node:readline";
 const { chromium } = createRequire(new URL("../../studio/package.json", import.meta.url))("playwright-core");
 const [url, pin] = process.argv.slice(2);
 const pictures = process.argv.includes("--pictures");
-const built = process.argv.includes("--built") ? process.argv[process.argv.indexOf("--built") + 1] : null;
-const drawn = pictures ? ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
+const builtDir = process.argv.includes("--built") ? process.argv[process.argv.indexOf("--built") + 1] : null;
+const graphicsFlags = pictures ? ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
 // Browsers throttle pages in the background, but each of these represents one on its own screen.
-const shown = ["--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding", "--disable-background-timer-throttling"];
-const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox", ...drawn, ...shown] });
+const foregroundFlags = ["--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding", "--disable-background-timer-throttling"];
+const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox", ...graphicsFlags, ...foregroundFlags] });
 const pages = [];
 
 async function open(arms) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 860 } });
   const page = await context.newPage();
-  // With the hub's own headers, which contain the content security policy.
-  if (built !== null) await page.route(/assets.(?!worker)\w+\.js$/, async (route) => {
+  // Serves the scripts of DIR with the hub's own headers, because these contain the content
+  // security policy.
+  if (builtDir !== null) await page.route(/assets.(?!worker)\w+\.js$/, async (route) => {
     const response = await route.fetch();
     const { "content-encoding": _, "content-length": __, ...headers } = response.headers();
-    await route.fulfill({ status: 200, headers, body: readFileSync(join(built, new URL(route.request().url()).pathname)) });
+    await route.fulfill({ status: 200, headers, body: readFileSync(join(builtDir, new URL(route.request().url()).pathname)) });
   });
   await page.addInitScript(() => localStorage.setItem("magician.name", "Ms Lee"));
   await page.goto(`${url}#/class`);
@@ -33,10 +35,10 @@ async function open(arms) {
   if (!(await page.getByTestId("class-pin").isVisible())) await page.getByTestId("class-teacher").click();
   await page.getByTestId("class-pin").fill(pin);
   await page.getByTestId("class-pin-signin").click();
-  // Arms without a state by then count as silent.
-  const shows = page.waitForFunction((arms) => document.querySelectorAll(".tile[data-t]").length === arms, arms, { timeout: 30_000, polling: 500 });
-  await shows.catch(() => {});
-  // The view that a teacher uses.
+  // Arms without a state after this time count as silent.
+  const allShown = page.waitForFunction((arms) => document.querySelectorAll(".tile[data-t]").length === arms, arms, { timeout: 30_000, polling: 500 });
+  await allShown.catch(() => {});
+  // Scrolls to the part of the page that a teacher looks at.
   await page.getByTestId("stop-all").evaluate((button) => button.scrollIntoView({ block: "start" }));
   const metrics = await context.newCDPSession(page);
   await metrics.send("Performance.enable");
@@ -46,11 +48,11 @@ async function open(arms) {
 /** Ages of the states shown by the tiles, s: of those in view and of the others. */
 const ages = (page, seconds) => page.evaluate(async (seconds) => {
   const inView = new Set();
-  const watcher = new IntersectionObserver((entries) => {
+  const observer = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) isIntersecting ? inView.add(target) : inView.delete(target);
   });
   const tiles = [...document.querySelectorAll(".tile")];
-  for (const tile of tiles) watcher.observe(tile);
+  for (const tile of tiles) observer.observe(tile);
   await new Promise((done) => setTimeout(done, 500));
   const found = { tiles: inView.size, seen: [], others: [], silent: 0 };
   const ends = performance.now() + 1000 * seconds;
@@ -63,19 +65,19 @@ const ages = (page, seconds) => page.evaluate(async (seconds) => {
     }
     await new Promise((done) => setTimeout(done, 250));
   }
-  watcher.disconnect();
+  observer.disconnect();
   return found;
 }, seconds);
 
-const named = async (metrics) => Object.fromEntries((await metrics.send("Performance.getMetrics")).metrics.map(({ name, value }) => [name, value]));
+const metricsByName = async (metrics) => Object.fromEntries((await metrics.send("Performance.getMetrics")).metrics.map(({ name, value }) => [name, value]));
 
-function shares(values) {
+function percentiles(values) {
   values.sort((one, two) => one - two);
   const at = (part) => (values.length > 0 ? Math.round(1000 * values[Math.round((values.length - 1) * part)]) / 1000 : null);
   return { p50: at(0.5), p99: at(0.99), max: at(1) };
 }
 
-/** Memory of the processes that render the pages, bytes. */
+/** Memory (PSS) of the largest process that renders a page, bytes. */
 async function memory() {
   const session = await browser.newBrowserCDPSession();
   const { processInfo } = await session.send("SystemInfo.getProcessInfo");
@@ -93,14 +95,14 @@ const commands = {
     return pages.length;
   },
   async measure({ measure: seconds }) {
-    const before = await Promise.all(pages.map(({ metrics }) => named(metrics)));
+    const before = await Promise.all(pages.map(({ metrics }) => metricsByName(metrics)));
     const found = await Promise.all(pages.map(({ page }) => ages(page, seconds)));
-    const after = await Promise.all(pages.map(({ metrics }) => named(metrics)));
+    const after = await Promise.all(pages.map(({ metrics }) => metricsByName(metrics)));
     const busy = after.map((one, nth) => (one.TaskDuration - before[nth].TaskDuration) / (one.Timestamp - before[nth].Timestamp));
     return {
-      in_view: { tiles: found[0].tiles, ...shares(found.flatMap(({ seen }) => seen)) },
-      others: shares(found.flatMap(({ others }) => others)),
-      each_page: found.map(({ seen }) => shares([...seen])),
+      in_view: { tiles: found[0].tiles, ...percentiles(found.flatMap(({ seen }) => seen)) },
+      others: percentiles(found.flatMap(({ others }) => others)),
+      each_page: found.map(({ seen }) => percentiles([...seen])),
       silent: found.reduce((sum, { silent }) => sum + silent, 0),
       busy: Math.max(...busy),
       heap: Math.max(...after.map(({ JSHeapUsedSize }) => JSHeapUsedSize)),

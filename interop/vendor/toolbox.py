@@ -17,12 +17,12 @@ HEADERS = ROOT / "crates" / "magician-capi" / "include"
 FAMILIES = ("v1", "v2", "v3")
 HOST = "x86_64-unknown-linux-gnu"
 WARNINGS = ["-g", "-O1", "-Wall", "-Wextra", "-Werror"]
-# Longer than any of these runs, including those under valgrind. A program that hangs must be ended,
-# and counts as a failure.
+# Timeout of a program, s: longer than any of these runs, including those under valgrind. A program
+# that hangs is ended and counts as a failure.
 TIME_LIMIT = 900
 
 
-def have(*programs):
+def are_installed(*programs):
     """True if all of the programs are installed."""
     return all(shutil.which(program) for program in programs)
 
@@ -45,11 +45,11 @@ def build(*triples, families=FAMILIES, **environment):
 
 
 def packages(families):
-    """Returns the arguments for cargo."""
+    """Returns the arguments that select the crates of the families, for cargo."""
     return [word for family in families for word in ("--package", f"magician-capi-{family}")]
 
 
-def build_watched(sanitizer, families=FAMILIES):
+def build_sanitized(sanitizer, families=FAMILIES):
     """Builds the libraries with a sanitizer, for this system. Returns false if the toolchain
     cannot.
 
@@ -59,8 +59,8 @@ def build_watched(sanitizer, families=FAMILIES):
     """
     if not list(rust_libraries().glob(f"librustc-*_rt.{sanitizer[0]}san.a")):
         return False
-    whole = ["-Zbuild-std=std,panic_unwind"] if sanitizer == "thread" else []
-    cargo("build", "--quiet", "--locked", *packages(families), "--target", HOST, *whole, **LEAN, RUSTC_BOOTSTRAP="1",
+    build_std = ["-Zbuild-std=std,panic_unwind"] if sanitizer == "thread" else []
+    cargo("build", "--quiet", "--locked", *packages(families), "--target", HOST, *build_std, **LEAN, RUSTC_BOOTSTRAP="1",
           RUSTFLAGS=f"-Zsanitizer={sanitizer}", CARGO_TARGET_DIR=str(TARGET / f"vendor-{sanitizer}"))
     return True
 
@@ -78,32 +78,32 @@ def library(family, triple=None, folder=TARGET):
     return place / (f"dobotdll_{family}.dll" if windows else f"libdobotdll_{family}.so")
 
 
-def watched(family, sanitizer):
+def sanitized_library(family, sanitizer):
     """Returns the path of a family's library with a sanitizer."""
     return library(family, HOST, TARGET / f"vendor-{sanitizer}")
 
 
-def staged(family, file, name, room="here"):
+def stage_library(family, file, name, group="here"):
     """Copies a library to the name that programs load."""
-    place = HOME / room / family / name
+    place = HOME / group / family / name
     place.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(file, place)
     return place
 
 
-def calls(family, xtask):
+def generate_calls(family, xtask):
     """Generates the part of `every.c` that comes from the table. Returns its folder."""
     folder = HOME / "calls" / family
     folder.mkdir(parents=True, exist_ok=True)
-    told = subprocess.run([*xtask, "vendor-functions", "calls", family], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    generated = subprocess.run([*xtask, "vendor-functions", "calls", family], cwd=ROOT, check=True, capture_output=True, text=True).stdout
     # Written atomically, as another check may be reading it.
-    made = folder / f"calls.{os.getpid()}"
-    made.write_text(told)
-    made.replace(folder / "calls.h")
+    temporary = folder / f"calls.{os.getpid()}"
+    temporary.write_text(generated)
+    temporary.replace(folder / "calls.h")
     return folder
 
 
-def compiled(source, family, *words, compiler="cc", name=None):
+def compile_program(source, family, *words, compiler="cc", name=None):
     """Compiles one of the sources here into a program for a family."""
     program = HOME / "programs" / family / (name or pathlib.Path(source).stem)
     program.parent.mkdir(parents=True, exist_ok=True)
@@ -124,8 +124,8 @@ def run(*command, **environment):
 
 def verdict(checks, what, result, want=0):
     """Checks that a program ended as expected. Shows its output otherwise."""
-    status, said = result
-    good = (status == want) if isinstance(want, int) else status in want
-    last = said.strip().splitlines()[-1] if said.strip() else ""
-    checks.ok(what, good, last[:150] if good else f"status {status}\n{said[-6000:]}")
-    return good
+    status, output = result
+    passed = (status == want) if isinstance(want, int) else status in want
+    last = output.strip().splitlines()[-1] if output.strip() else ""
+    checks.ok(what, passed, last[:150] if passed else f"status {status}\n{output[-6000:]}")
+    return passed

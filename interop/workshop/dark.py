@@ -22,7 +22,7 @@ import sys
 import threading
 import time
 
-from lab import HERE, TIMEOUT, Program, Terminal, recorded
+from lab import HERE, TIMEOUT, Program, Terminal, mcap_messages
 
 sys.path.insert(0, str(HERE.parent))
 from station import Client, serving  # noqa: E402
@@ -41,7 +41,7 @@ def burning(lab):
     cover burning segments."""
     end = time.monotonic() + TIMEOUT
     while True:
-        pose = lab.look("pose")
+        pose = lab.read_state("pose")
         if pose["z"] < -49.9 and pose["y"] < -6.6 and pose["x"] > 234:
             return
         assert time.monotonic() < end, f"it does not burn: {pose}"
@@ -59,7 +59,7 @@ class Ending:
 def at_a_terminal(ending, after=None):
     def scene(lab):
         terminal = Terminal(lab, BURN)
-        terminal.until("step")
+        terminal.wait_for("step")
         burning(lab)
         asked = time.time()
         ending(terminal)
@@ -78,10 +78,10 @@ def program_pauses(lab):
     job = Program(lab, f"{BURN} --json")
     burning(lab)
     asked = time.time()
-    job.tell({"do": "pause"})
+    job.send({"do": "pause"})
 
     def ends():
-        job.says(event="paused", reason="person")
+        job.wait_for_event(event="paused", reason="person")
         job.close()
 
     return Ending(asked, ends)
@@ -103,7 +103,7 @@ def program_gets(name):
         os.kill(job.process.pid, getattr(signal, name))
 
         def ends():
-            assert job.ended() == 130
+            assert job.wait_for_exit() == 130
 
         return Ending(asked, ends)
 
@@ -219,12 +219,12 @@ def framed(lab):
 
 ENDINGS = {
     "framing": framed,
-    "p at the terminal": at_a_terminal(lambda terminal: terminal.types("p"), lambda terminal: terminal.until("paused: p resumes")),
+    "p at the terminal": at_a_terminal(lambda terminal: terminal.type_keys("p"), lambda terminal: terminal.wait_for("paused: p resumes")),
     '{"do":"pause"}': program_pauses,
     "job.pause of a station": station_pauses,
-    "Ctrl-C": at_a_terminal(lambda terminal: terminal.types("\x03"), lambda terminal: terminal.ended()),
-    "Ctrl-C twice": at_a_terminal(lambda terminal: (terminal.types("\x03"), time.sleep(0.1), terminal.types("\x03")), lambda terminal: terminal.ended()),
-    "Ctrl-Z (SIGTSTP)": at_a_terminal(lambda terminal: terminal.types("\x1a"), lambda terminal: terminal.stopped()),
+    "Ctrl-C": at_a_terminal(lambda terminal: terminal.type_keys("\x03"), lambda terminal: terminal.wait_for_exit()),
+    "Ctrl-C twice": at_a_terminal(lambda terminal: (terminal.type_keys("\x03"), time.sleep(0.1), terminal.type_keys("\x03")), lambda terminal: terminal.wait_for_exit()),
+    "Ctrl-Z (SIGTSTP)": at_a_terminal(lambda terminal: terminal.type_keys("\x1a"), lambda terminal: terminal.wait_for_suspend()),
     "SIGTERM": program_gets("SIGTERM"),
     "the terminal is closed (SIGHUP)": program_gets("SIGHUP"),
     "a station's client closes its socket": socket_closes,
@@ -249,7 +249,7 @@ class Log:
     """Recording of the arm, relative to the time of a request."""
 
     def __init__(self, path, asked):
-        topics = recorded(path)
+        topics = mcap_messages(path)
         frames = [(at - asked, frame) for at, frame in topics["/frames"] if frame["direction"] == "request" and frame.get("write")]
         # Tolerance between the arm's clock and the wall clock.
         self.after = [(at, frame) for at, frame in frames if at >= -0.1]

@@ -54,7 +54,7 @@ class ProcessResult:
 
 
 class Lab:
-    """Folder with the files of the table and the samples, without a user's settings."""
+    """Working folder with the files of promises.toml and the samples, without a user's settings."""
 
     def __init__(self, magician, files):
         self.magician = str(Path(magician).resolve())
@@ -66,9 +66,9 @@ class Lab:
         programs = self.dir / ".bin"
         programs.mkdir()
         (programs / "magician").symlink_to(self.magician)
-        kept = {name: os.environ[name] for name in ("HOME", "LANG", "LC_ALL", "TMPDIR") if name in os.environ}
+        inherited = {name: os.environ[name] for name in ("HOME", "LANG", "LC_ALL", "TMPDIR") if name in os.environ}
         self.environment = {
-            **kept,
+            **inherited,
             "PATH": f"{programs}:{os.environ['PATH']}",
             "TERM": "xterm-256color",
             "NO_COLOR": "1",
@@ -89,10 +89,10 @@ class Lab:
                 raise AssertionError(done)
         return arm
 
-    def run(self, words, stdin=None):
+    def run(self, command, stdin=None):
         """Runs a shell line without a terminal, and without stdin unless it is given."""
         process = subprocess.Popen(
-            ["bash", "-c", words],
+            ["bash", "-c", command],
             cwd=self.dir,
             env=self.environment,
             stdin=subprocess.DEVNULL if stdin is None else subprocess.PIPE,
@@ -106,14 +106,14 @@ class Lab:
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             out, err = process.communicate()
-            raise AssertionError(f"`{words}` does not end:\n{out}\n{err}")
+            raise AssertionError(f"`{command}` does not end:\n{out}\n{err}")
         return ProcessResult(process.returncode, out, err)
 
-    def look(self, what):
+    def read_state(self, what):
         """Returns the state reported by the arm, over a connection of its own."""
         return self.run(f"magician {what} --json").one
 
-    def writes(self, trace):
+    def written_commands(self, trace):
         """Returns the commands in a trace that were queued or set something, as (name,
         parameters)."""
         found = self.run(f"magician decode {trace} --json").lines
@@ -129,11 +129,11 @@ class Arm:
     """`magician sim` on TCP."""
 
     def __init__(self, lab, speed, recording):
-        words = [lab.magician, "sim", "--tcp", "127.0.0.1:0", "--speed", speed]
+        command = [lab.magician, "sim", "--tcp", "127.0.0.1:0", "--speed", speed]
         self.recording = recording
         if recording:
-            words += ["--record", str(recording)]
-        self.process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=lab.environment)
+            command += ["--record", str(recording)]
+        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=lab.environment)
         if self.process.stdout.readline() != "ready\n":
             raise AssertionError(self.process.stderr.read())
         line = next(line for line in self.process.stderr if line.startswith("serving tcp:"))
@@ -152,16 +152,16 @@ class Arm:
 class Terminal:
     """A command at a terminal of 100 by 30, with job control as a shell provides it."""
 
-    def __init__(self, lab, words, stdin=None):
+    def __init__(self, lab, command, stdin=None):
         self.lab, self.seen, self.at = lab, "", 0
         self.pid, self.fd = pty.fork()
         if self.pid == 0:
             os.chdir(lab.dir)
             if stdin:
                 os.dup2(os.open(stdin, os.O_RDONLY), 0)
-            os.execvpe("bash", ["bash", "-c", f"exec {words}"], lab.environment)
+            os.execvpe("bash", ["bash", "-c", f"exec {command}"], lab.environment)
         fcntl.ioctl(self.fd, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 100, 0, 0))
-        self.status, self.usual = None, termios.tcgetattr(self.fd)[3]
+        self.status, self.original_modes = None, termios.tcgetattr(self.fd)[3]
 
     def _read(self, seconds):
         if not select.select([self.fd], [], [], seconds)[0]:
@@ -175,23 +175,23 @@ class Terminal:
         self.seen += data.decode(errors="replace")
         return bool(data)
 
-    def until(self, pattern, patience=TIMEOUT):
+    def wait_for(self, pattern, timeout=TIMEOUT):
         """Reads until a pattern is found after the previous match."""
-        end = time.monotonic() + patience
+        end = time.monotonic() + timeout
         while not (found := re.compile(pattern, re.S).search(self.seen, self.at)):
             if time.monotonic() > end or not self._read(0.2):
                 raise AssertionError(f"no {pattern!r} in {self.seen[self.at:][-1500:]!r}")
         self.at = found.end()
         return found
 
-    def types(self, keys):
+    def type_keys(self, keys):
         os.write(self.fd, keys.encode())
 
     def signal(self, name):
         os.kill(self.pid, getattr(signal, name))
 
-    def stopped(self):
-        """Waits until the command has stopped itself."""
+    def wait_for_suspend(self):
+        """Waits until the command has suspended itself (SIGTSTP)."""
         end = time.monotonic() + TIMEOUT
         while time.monotonic() < end:
             pid, status = os.waitpid(self.pid, os.WNOHANG | os.WUNTRACED)
@@ -208,9 +208,9 @@ class Terminal:
         modes = termios.tcgetattr(self.fd)[3]
         return modes & termios.ICANON and modes & termios.ECHO
 
-    def ended(self, patience=TIMEOUT):
+    def wait_for_exit(self, timeout=TIMEOUT):
         """Reads to the end of the command and returns its status."""
-        end = time.monotonic() + patience
+        end = time.monotonic() + timeout
         while self.status is None:
             if time.monotonic() > end:
                 raise AssertionError(f"it does not end: {self.seen[-1500:]}")
@@ -233,9 +233,9 @@ class Terminal:
 class Program:
     """A command with `--json`, controlled by lines on stdin."""
 
-    def __init__(self, lab, words):
+    def __init__(self, lab, command):
         self.process = subprocess.Popen(
-            ["bash", "-c", f"exec {words}"],
+            ["bash", "-c", f"exec {command}"],
             cwd=lab.dir,
             env=lab.environment,
             stdin=subprocess.PIPE,
@@ -243,23 +243,23 @@ class Program:
             stderr=subprocess.PIPE,
             text=True,
         )
-        self.events, self.more, self.err = [], threading.Condition(), ""
+        self.events, self.changed, self.err = [], threading.Condition(), ""
         self.at = 0
-        self.listener = threading.Thread(target=self._listen, daemon=True)
+        self.listener = threading.Thread(target=self._read_events, daemon=True)
         self.listener.start()
-        threading.Thread(target=self._complaints, daemon=True).start()
+        threading.Thread(target=self._read_stderr, daemon=True).start()
 
-    def _listen(self):
+    def _read_events(self):
         for line in self.process.stdout:
-            with self.more:
+            with self.changed:
                 self.events.append((time.monotonic(), json.loads(line)))
-                self.more.notify_all()
+                self.changed.notify_all()
 
-    def _complaints(self):
+    def _read_stderr(self):
         for line in self.process.stderr:
             self.err += line
 
-    def says(self, **fields):
+    def wait_for_event(self, **fields):
         """Waits for the next object with these fields."""
 
         def found():
@@ -268,22 +268,22 @@ class Program:
                     return at
             return None
 
-        with self.more:
-            if not self.more.wait_for(lambda: found() is not None, TIMEOUT):
+        with self.changed:
+            if not self.changed.wait_for(lambda: found() is not None, TIMEOUT):
                 raise AssertionError(f"it does not say {fields}: {self.events[-5:]} {self.err}")
             self.at = found() + 1
             return self.events[self.at - 1][1]
 
-    def reaches(self, step):
+    def wait_for_step(self, step):
         """Waits until a number of steps is done."""
-        while self.says(event="progress")["step"] < step:
+        while self.wait_for_event(event="progress")["step"] < step:
             pass
 
-    def tell(self, line):
+    def send(self, line):
         self.process.stdin.write((line if isinstance(line, str) else json.dumps(line)) + "\n")
         self.process.stdin.flush()
 
-    def ended(self):
+    def wait_for_exit(self):
         code = self.process.wait(TIMEOUT)
         self.listener.join(TIMEOUT)
         return code
@@ -293,7 +293,7 @@ class Program:
         self.process.wait()
 
 
-def recorded(path):
+def mcap_messages(path):
     """Returns the messages of an uncompressed MCAP file by topic, as (seconds on the arm's clock,
     value)."""
     data, channels, topics = Path(path).read_bytes(), {}, {}
@@ -314,8 +314,8 @@ def recorded(path):
 
     for kind, body in records(data[:-8], 8):
         if kind == 6:
-            (named,) = struct.unpack_from("<I", body, 28)
-            assert not named, "the recording is compressed"
+            (compression_length,) = struct.unpack_from("<I", body, 28)
+            assert not compression_length, "the recording is compressed"
             for inner in records(body[40:], 0):
                 message(*inner)
         else:

@@ -18,12 +18,12 @@ type StoredSettings = (Option<SheetParts>, Option<(f64, Pair)>, Option<String>);
 
 /// Computes the sheet from its touched lower left, lower right and upper left corners.
 #[pyfunction]
-pub(crate) fn touched_sheet(py: Python<'_>, corners: [[f64; 3]; 3]) -> PyResult<SheetParts> {
+pub(crate) fn sheet_from_touches(py: Python<'_>, corners: [[f64; 3]; 3]) -> PyResult<SheetParts> {
     let sheet = Sheet::touched(corners).map_err(|problem| program::raise(py, None, &problem))?;
-    Ok(parts(&sheet))
+    Ok(sheet_parts(&sheet))
 }
 
-fn parts(sheet: &Sheet) -> SheetParts {
+fn sheet_parts(sheet: &Sheet) -> SheetParts {
     let surface = sheet.surface;
     (
         sheet.corner.into(),
@@ -34,10 +34,10 @@ fn parts(sheet: &Sheet) -> SheetParts {
     )
 }
 
-/// Computes the tool tip from two touches of one point with a rotation in between: offset, and new
-/// bias.
+/// Computes the tool tip from two touches of one point, between which the tool was rotated. Returns
+/// the offset of the tip and the new bias.
 #[pyfunction]
-pub(crate) fn touched_tip(
+pub(crate) fn tip_from_touches(
     py: Python<'_>,
     touches: [[f64; 3]; 2],
     bias: [f64; 3],
@@ -53,7 +53,8 @@ fn settings_error(py: Python<'_>, error: &SettingsError) -> PyErr {
     errors::raise(py, &Error::invalid(error.to_string()))
 }
 
-/// Applies an edit to the settings file. Returns its path.
+/// Applies an edit to the settings file. Returns the path of the file, or `None` if the system has
+/// no place for it.
 fn edit_settings(
     py: Python<'_>,
     edit: impl Fn(&SettingsFile) -> Option<SettingsFile> + Send + Sync,
@@ -69,21 +70,21 @@ fn edit_settings(
 
 /// Saves a sheet given by its touched corners.
 #[pyfunction]
-pub(crate) fn keep_sheet(py: Python<'_>, corners: [[f64; 3]; 3]) -> PyResult<Option<String>> {
+pub(crate) fn save_sheet(py: Python<'_>, corners: [[f64; 3]; 3]) -> PyResult<Option<String>> {
     let sheet = Sheet::touched(corners).map_err(|problem| program::raise(py, None, &problem))?;
     edit_settings(py, |file| file.with_table("sheet", &sheet.rounded()))
 }
 
 /// Saves the height of a level surface.
 #[pyfunction]
-pub(crate) fn keep_surface(py: Python<'_>, height: f64) -> PyResult<Option<String>> {
+pub(crate) fn save_surface(py: Python<'_>, height: f64) -> PyResult<Option<String>> {
     let height = rounded_height(height).to_string();
     edit_settings(py, |file| file.with("surface", &height))
 }
 
 /// Saves the tool tip given by two touches of one point.
 #[pyfunction]
-pub(crate) fn keep_tip(
+pub(crate) fn save_tip(
     py: Python<'_>,
     touches: [[f64; 3]; 2],
     bias: [f64; 3],
@@ -98,7 +99,7 @@ pub(crate) fn keep_tip(
 
 /// Returns the calibration in the settings file. `MAGICIAN_TOOL` overrides its tool.
 #[pyfunction]
-pub(crate) fn kept_settings(py: Python<'_>) -> PyResult<StoredSettings> {
+pub(crate) fn stored_settings(py: Python<'_>) -> PyResult<StoredSettings> {
     let read = || -> Result<_, SettingsError> {
         let file = SettingsFile::load()?;
         let sheet = file.value::<Sheet>("sheet")?;
@@ -110,11 +111,11 @@ pub(crate) fn kept_settings(py: Python<'_>) -> PyResult<StoredSettings> {
         .map_err(|error| settings_error(py, &error))?;
     let tool = tool_of(py, tool)?.map(|tool| tool.to_string());
     let surface = surface.map(|surface| (surface.height, surface.slope.into()));
-    Ok((sheet.map(|sheet| parts(&sheet)), surface, tool))
+    Ok((sheet.map(|sheet| sheet_parts(&sheet)), surface, tool))
 }
 
 /// Default tool from the environment or the settings file. `None` if neither has one.
-pub(crate) fn kept_tool(py: Python<'_>) -> PyResult<Option<Tool>> {
+pub(crate) fn default_tool(py: Python<'_>) -> PyResult<Option<Tool>> {
     let read = || SettingsFile::load()?.value::<String>("tool");
     let tool = py
         .detach(read)

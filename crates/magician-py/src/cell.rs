@@ -1,4 +1,4 @@
-//! Virtual arms seen from outside, with their worlds.
+//! Virtual arms and their worlds: access to state, objects and inputs without the protocol.
 
 use magician::sim::scenario::Scenario;
 use magician::sim::world::{ExternalEvent, ObjectView, Press, Support};
@@ -17,7 +17,7 @@ use crate::simulation::Saved;
 use crate::{errors, values};
 
 /// Connectors of sensors by name.
-const PORTS: [(&str, Port); 4] = [
+const SENSOR_PORTS: [(&str, Port); 4] = [
     ("GP1", Port::Gp1),
     ("GP2", Port::Gp2),
     ("GP4", Port::Gp4),
@@ -31,9 +31,13 @@ pub(crate) struct Cell {
 }
 
 impl Cell {
-    /// Runs `act` on the controller with the interpreter's lock released.
-    fn with<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&mut Controller) -> T + Send) -> T {
-        py.detach(|| self.arm.with(act))
+    /// Runs `operation` on the controller with the interpreter's lock released.
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        operation: impl FnOnce(&mut Controller) -> T + Send,
+    ) -> T {
+        py.detach(|| self.arm.with(operation))
     }
 }
 
@@ -47,7 +51,7 @@ pub(crate) fn scenario_of(py: Python<'_>, text: Option<&str>) -> PyResult<Option
 }
 
 /// Creates a controller that has just been switched on in the world of a scenario. `tool` is the
-/// bias stored before; `None` is the usual one.
+/// bias stored before power-up; `None` for the default.
 pub(crate) fn controller(scenario: Option<&Scenario>, tool: Option<[f64; 3]>) -> Controller {
     let world = scenario.map(World::from_scenario);
     let controller = Controller::in_world(Profile::default(), world.unwrap_or_default());
@@ -78,7 +82,9 @@ impl ObjectState {
             Support::Object(below) => names.get(usize::from(below)).cloned().unwrap_or_default(),
             _ => "floor".to_owned(),
         };
-        let ports = PORTS.into_iter().filter(|(_, port)| object.seen_by(*port));
+        let ports = SENSOR_PORTS
+            .into_iter()
+            .filter(|(_, port)| object.seen_by(*port));
         Self {
             name: object.name().to_owned(),
             size: object.size(),
@@ -141,8 +147,8 @@ impl Cell {
     }
 
     /// Serves the arm to other programs.
-    fn serve(&self, py: Python<'_>, places: EndpointAddresses) -> PyResult<Served> {
-        serve_arm(py, self.arm.clone(), places)
+    fn serve(&self, py: Python<'_>, addresses: EndpointAddresses) -> PyResult<Served> {
+        serve_arm(py, self.arm.clone(), addresses)
     }
 
     /// Title of the scenario.
@@ -178,7 +184,7 @@ impl Cell {
 
     /// Current state of all objects.
     fn objects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let seen = self.with(py, |arm| {
+        let states = self.with(py, |arm| {
             let look = arm.look();
             let names: Vec<String> = look
                 .objects()
@@ -189,14 +195,14 @@ impl Cell {
                 .collect::<Vec<_>>()
         });
         let objects = PyList::empty(py);
-        for seen in seen {
+        for state in states {
             let parts = PyDict::new(py);
-            parts.set_item("name", seen.name)?;
-            parts.set_item("size", seen.size)?;
-            parts.set_item("color", seen.color.map(u32::from))?;
-            parts.set_item("place", seen.place)?;
-            parts.set_item("rest", seen.rest)?;
-            parts.set_item("seen_by", seen.seen_by)?;
+            parts.set_item("name", state.name)?;
+            parts.set_item("size", state.size)?;
+            parts.set_item("color", state.color.map(u32::from))?;
+            parts.set_item("place", state.place)?;
+            parts.set_item("rest", state.rest)?;
+            parts.set_item("seen_by", state.seen_by)?;
             objects.append(parts)?;
         }
         Ok(objects)
@@ -209,13 +215,13 @@ impl Cell {
         Ok(())
     }
 
-    /// Sets a digital input. Returns false if the address has none.
+    /// Sets a digital input. Returns false if the address has no digital input.
     fn set_input(&self, py: Python<'_>, address: i64, level: bool) -> bool {
         let address = u8::try_from(address);
         address.is_ok_and(|address| self.with(py, |arm| arm.set_input(address, level)))
     }
 
-    /// Sets an analog input, 0 to 4095. Returns false if the address has none.
+    /// Sets an analog input, 0 to 4095. Returns false if the address has no analog input.
     fn set_analog(&self, py: Python<'_>, address: i64, value: u16) -> bool {
         let address = u8::try_from(address);
         address.is_ok_and(|address| self.with(py, |arm| arm.set_analog(address, value)))
@@ -263,7 +269,7 @@ impl Cell {
         self.with(py, |arm| arm.inject(ExternalEvent::Reset));
     }
 
-    /// Events since the last call, as text.
+    /// Events since the last call, as sentences; routine events are omitted.
     fn events(&self, py: Python<'_>) -> Vec<String> {
         self.with(py, |arm| {
             let mut lines = Vec::new();

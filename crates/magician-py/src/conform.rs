@@ -25,7 +25,7 @@ type CaseResult = (Case, Outcome);
 struct CaseSelection {
     only: Vec<String>,
     skip: Vec<String>,
-    patience: Duration,
+    timeout: Duration,
 }
 
 fn suite_error(error: &SuiteError) -> Error {
@@ -40,7 +40,7 @@ async fn run<T: magician_conform::Target>(
     stopped: oneshot::Receiver<()>,
 ) -> Result<(), Error> {
     let suite = Suite::built_in().map_err(|error| suite_error(&error))?;
-    let mut runner = Runner::new(arm, selection.patience).map_err(|error| suite_error(&error))?;
+    let mut runner = Runner::new(arm, selection.timeout).map_err(|error| suite_error(&error))?;
     let work = async {
         runner.begin().await?;
         for case in suite.select(&selection.only, &selection.skip) {
@@ -54,9 +54,9 @@ async fn run<T: magician_conform::Target>(
         outcome = work => outcome,
         _ = stopped => Ok(()),
     };
-    let left = tokio::time::timeout(RESTORE_TIMEOUT, runner.end()).await;
+    let restored = tokio::time::timeout(RESTORE_TIMEOUT, runner.end()).await;
     outcome?;
-    left.map_err(|_| {
+    restored.map_err(|_| {
         let message = "the arm's parameters were not restored in time";
         Error::new(ErrorCode::NoAnswer, message)
     })??;
@@ -114,11 +114,11 @@ pub(crate) fn conform(
     port: Option<&str>,
     only: Vec<String>,
     skip: Vec<String>,
-    patience: f64,
+    timeout: f64,
     allow_motion: bool,
 ) -> PyResult<(Call, usize, Call)> {
     let raise = |error: Error| errors::raise(py, &error);
-    let patience = seconds(py, "the timeout", patience)?;
+    let timeout = seconds(py, "the timeout", timeout)?;
     let suite = Suite::built_in().map_err(|error| raise(suite_error(&error)))?;
     if let Some(pattern) = suite.unmatched(only.iter().chain(&skip)) {
         let message = format!("no case matches \"{pattern}\"");
@@ -146,7 +146,7 @@ pub(crate) fn conform(
     let selection = CaseSelection {
         only,
         skip,
-        patience,
+        timeout,
     };
     let work = move |runtime: &Runtime, to: FindingReporter<CaseResult>, stopped| {
         runtime.block_on(run_at(place.as_ref(), &selection, &to, stopped))

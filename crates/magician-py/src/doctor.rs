@@ -25,7 +25,7 @@ const TRIAL_TIMEOUT: Duration = Duration::from_secs(3);
 struct DiagnosisOptions {
     given: Option<String>,
     count: u64,
-    patience: Duration,
+    timeout: Duration,
     try_queue: bool,
 }
 
@@ -69,8 +69,8 @@ async fn examine(
     let target = found.find(options.given.as_deref(), to)?;
     let listening = async {
         let mut line = found.open(&target, LineOptions::default(), to).await?;
-        let patience = Some(options.patience);
-        found.hear(&mut line, &target, patience, to).await?;
+        let timeout = Some(options.timeout);
+        found.hear(&mut line, &target, timeout, to).await?;
         found.window(&mut line, &target, to).await?;
         Ok::<_, NoArm>(line)
     };
@@ -87,7 +87,7 @@ async fn examine(
     drop(line);
     let looking = async {
         let known = magician::arms::load()?;
-        let arm_options = Options::default().timeout(options.patience);
+        let arm_options = Options::default().timeout(options.timeout);
         let arm_options = arm_options.homings(magician_job::homings());
         let arm_options = arm_options.for_arm(magician::arms::at(&known, &target));
         let arm = Arm::connect_with(&target, arm_options).await?;
@@ -166,7 +166,7 @@ pub(crate) fn doctor(
     py: Python<'_>,
     port: Option<String>,
     count: u64,
-    patience: f64,
+    timeout: f64,
     try_queue: bool,
 ) -> PyResult<(Call, Call)> {
     let raise = |error: Error| errors::raise(py, &error);
@@ -178,7 +178,7 @@ pub(crate) fn doctor(
     let options = DiagnosisOptions {
         given,
         count,
-        patience: seconds(py, "the timeout", patience)?,
+        timeout: seconds(py, "the timeout", timeout)?,
         try_queue,
     };
     let work = move |runtime: &Runtime,

@@ -65,7 +65,7 @@ mod _magician {
 
     #[pymodule_export]
     use crate::calibrate::{
-        keep_sheet, keep_surface, keep_tip, kept_settings, touched_sheet, touched_tip,
+        save_sheet, save_surface, save_tip, sheet_from_touches, stored_settings, tip_from_touches,
     };
     #[pymodule_export]
     use crate::call::Call;

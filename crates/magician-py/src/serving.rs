@@ -127,7 +127,7 @@ pub(crate) fn serve_sim(
     scenario: Option<&str>,
     speed: f64,
     tool: Option<[f64; 3]>,
-    places: EndpointAddresses,
+    addresses: EndpointAddresses,
 ) -> PyResult<Served> {
     let controller = controller(scenario_of(py, scenario)?.as_ref(), tool);
     let speed = if speed == 0.0 {
@@ -137,7 +137,7 @@ pub(crate) fn serve_sim(
     };
     let server = Server::new(controller)
         .speed(speed)
-        .endpoints(places.endpoints(py)?)
+        .endpoints(addresses.endpoints(py)?)
         .discovery(Discovery::default());
     Served::start(py, "magician-sim", async move |ready, stopped| {
         let server = server.on_ready(move |endpoints| send_ready(&ready, endpoints));
@@ -149,9 +149,9 @@ pub(crate) fn serve_sim(
 pub(crate) fn serve_arm(
     py: Python<'_>,
     arm: VirtualArm,
-    places: EndpointAddresses,
+    addresses: EndpointAddresses,
 ) -> PyResult<Served> {
-    let endpoints = places.endpoints(py)?;
+    let endpoints = addresses.endpoints(py)?;
     Served::start(py, "magician-arm", async move |ready, stopped| {
         let served = ServedArm::open(arm, &endpoints)?;
         send_ready(&ready, &served.endpoints());
@@ -184,14 +184,14 @@ fn log(notice: ProxyNotice<'_>) {
 
 /// Shares the arm at a port, or a virtual one of this process, between programs; returns when all endpoints accept connections.
 #[pyfunction]
-#[pyo3(signature = (port, arm, places, *, faults, trace, fresh, transparent, keep_going))]
+#[pyo3(signature = (port, arm, addresses, *, faults, trace, fresh, transparent, keep_going))]
 // Each Python keyword is an argument.
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn serve_proxy(
     py: Python<'_>,
     port: Option<&str>,
     arm: Option<&Bound<'_, Cell>>,
-    places: EndpointAddresses,
+    addresses: EndpointAddresses,
     faults: &str,
     trace: Option<PathBuf>,
     fresh: f64,
@@ -200,7 +200,7 @@ pub(crate) fn serve_proxy(
 ) -> PyResult<Served> {
     runtime::ready(py)?;
     let raise = |error: Error| errors::raise(py, &error);
-    let endpoints = places.endpoints(py)?;
+    let endpoints = addresses.endpoints(py)?;
     let fresh = seconds(py, "fresh", fresh)?;
     let settings = Settings {
         max_reply_age: u64::try_from(fresh.as_micros()).unwrap_or(u64::MAX),

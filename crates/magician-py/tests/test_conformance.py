@@ -12,7 +12,7 @@ import magician
 import pytest
 from conftest import in_notebook
 from magician import aio, errors
-from magician._native import until_left, wait_left
+from magician._native import until_with_cleanup, wait_with_cleanup
 from magician.conformance import CaseProgress, CaseResult, Conformance, Mismatch
 
 
@@ -184,14 +184,14 @@ def refuses(found: object) -> None:
 
 def test_early_end_is_raised_after_the_arm_was_restored() -> None:
     call: Any = Breaking()
-    left: Any = Leaving()
+    cleanup: Any = Leaving()
     with pytest.raises(ZeroDivisionError):
-        wait_left(call, left, refuses)
-    assert left.waited == 2
-    left = Leaving()
+        wait_with_cleanup(call, cleanup, refuses)
+    assert cleanup.waited == 2
+    cleanup = Leaving()
     with pytest.raises(ZeroDivisionError):
-        asyncio.run(until_left(call, left, refuses))
-    assert left.waited == 2
+        asyncio.run(until_with_cleanup(call, cleanup, refuses))
+    assert cleanup.waited == 2
 
 
 def test_a_failure_says_where() -> None:

@@ -67,7 +67,7 @@ def test_a_port_of_a_station_names_it(tmp_path: Path, monkeypatch: pytest.Monkey
             assert way in str(error)
 
 
-def test_an_exception_ends_it_too() -> None:
+def test_exception_in_with_block_closes_the_server() -> None:
     with pytest.raises(ZeroDivisionError), magician.sim(tcp=ANY) as served:
         raise ZeroDivisionError
     assert not served.is_open
@@ -76,7 +76,7 @@ def test_an_exception_ends_it_too() -> None:
         pass
 
 
-def test_its_world_and_its_tool() -> None:
+def test_scenario_and_tool_reach_the_virtual_arm() -> None:
     with magician.sim(WORLD, tcp=ANY, speed="max", tool=(70, 0, 0)) as served, magician.Arm(served.tcp) as arm:
         assert arm.bias() == (70, 0, 0)
 
@@ -102,7 +102,7 @@ def test_a_port_that_is_taken() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
-def test_ctrl_c_is_heard_while_it_serves() -> None:
+def test_ctrl_c_interrupts_wait() -> None:
     with magician.sim(tcp=ANY) as served:
         assert served.wait(0)
         timer = threading.Thread(target=lambda: os.kill(os.getpid(), signal.SIGINT))
@@ -114,7 +114,7 @@ def test_ctrl_c_is_heard_while_it_serves() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-def test_a_program_that_forgets_it_leaves_nothing(tmp_path: Path) -> None:
+def test_unclosed_server_removes_its_symlink_at_exit(tmp_path: Path) -> None:
     path = tmp_path / "arm"
     # Leak a reference, so that only the end of the program closes it.
     hold = "import ctypes; ctypes.pythonapi.Py_IncRef(ctypes.py_object(served))"
@@ -161,17 +161,17 @@ def test_faults_on_the_line_that_is_shared() -> None:
 def test_arguments_reach_the_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[dict[str, object]] = []
 
-    class Taken(Exception):
+    class StubCalled(Exception):
         pass
 
     def takes(*places: object, **how: object) -> None:
         asked.append(how)
-        raise Taken
+        raise StubCalled
 
     monkeypatch.setattr("magician.serving._magician.serve_proxy", takes)
     anything: Any = magician
     for how in ({}, {"transparent": True}, {"keep_going": True}, {"fresh": 0.5}):
-        with pytest.raises(Taken):
+        with pytest.raises(StubCalled):
             anything.proxy("sim", tcp=ANY, **how)
     usual = {"faults": "", "trace": None, "fresh": 0.02, "transparent": False, "keep_going": False}
     assert asked == [usual, {**usual, "transparent": True}, {**usual, "keep_going": True}, {**usual, "fresh": 0.5}]
@@ -233,7 +233,7 @@ def test_log_reports_the_state_of_the_line() -> None:
         logging.getLogger("magician").removeHandler(handler)
 
 
-def test_other_programs_at_the_arm_that_is_looked_at() -> None:
+def test_served_virtual_arm_reflects_other_programs() -> None:
     cell = magician.VirtualArm(WORLD)
     before = cell.snapshot()
     with cell.serve(tcp=ANY) as served:

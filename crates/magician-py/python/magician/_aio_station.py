@@ -70,36 +70,37 @@ _T = TypeVar("_T")
 
 # [aio]
 class Connecting(Bound, Generic[_T]):
-    """A pending object: ``await`` it, or enter it with ``async with``."""
+    """A session or lease that is not open yet: ``await`` it, or enter it with ``async with``."""
 
-    def __init__(self, making: Callable[[], Coroutine[Any, Any, _T]]) -> None:
-        self._making = making
-        self._made: Any = None
+    def __init__(self, create: Callable[[], Coroutine[Any, Any, _T]]) -> None:
+        self._create = create
+        self._entered: Any = None
 
     def __await__(self) -> Generator[Any, Any, _T]:
-        return self._making().__await__()
+        return self._create().__await__()
 
     async def __aenter__(self) -> _T:
-        found = self._made = await self._making()
+        found = self._entered = await self._create()
         return found
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._made is not None:
-            await self._made.__aexit__(kind, error, trace)
+        if self._entered is not None:
+            await self._entered.__aexit__(kind, error, trace)
 
 
 # [both]
 class Station(Bound):
-    """A session at a station (``magician serve``). Many programs watch its arms, one controls each, any may stop them.
+    """A session at a station (``magician serve``). Many programs can watch an arm of the station; one of them controls
+    it, and any of them may stop it.
 
-    A lost connection is retried with a backoff from 0.2 s to 5 s. Within 5 s the session resumes with its leases;
-    watches continue automatically. A request whose answer was lost raises
+    A lost connection is retried with a backoff from 0.2 s to 5 s. If it is back within 5 s, the session resumes with
+    its leases. Watches continue automatically. A request whose answer was lost raises
     :class:`~magician.errors.PortError` and is not sent again.
 
-    Refusals of the station raise :class:`~magician.errors.StationError`, errors of the arm the other exceptions of
-    :mod:`magician.errors`. The end of a ``with`` block ends the session and releases its leases.
+    Refusals of the station raise :class:`~magician.errors.StationError`. Errors of the arm raise the other exceptions
+    of :mod:`magician.errors`. The end of a ``with`` block ends the session and releases its leases.
     """
 
     # [aio]
@@ -122,10 +123,10 @@ class Station(Bound):
         :class:`~magician.errors.ForbiddenError` when the token is invalid.
         """
 
-        async def making() -> Station:
+        async def create() -> Station:
             return cls(await until(connecting(url, name, token)))
 
-        return Connecting(making)
+        return Connecting(create)
 
     # [blocking]
     # def __init__(
@@ -246,10 +247,10 @@ class Station(Bound):
         Raises :class:`~magician.errors.LeaseError` when another session has it.
         """
 
-        async def making() -> Lease:
+        async def create() -> Lease:
             return await self._lease(arm, wait, ask, take)
 
-        return Connecting(making)
+        return Connecting(create)
 
     # [blocking]
     # def arm(
@@ -289,34 +290,34 @@ class Station(Bound):
     #     return self._lease(arm, wait, ask, take)
     # [both]
 
-    async def _lease(self, arm: str | None, patience: float, ask: str | None, take: bool) -> Lease:
+    async def _lease(self, arm: str | None, max_wait: float, ask: str | None, take: bool) -> Lease:
         params: dict[str, Any] = {"arm": arm}
         if flag("take", take):
             method = "lease.take"
         elif ask is not None:
             method, params["message"] = "lease.ask", text("ask", ask)
         else:
-            method, params["wait_s"] = "lease.acquire", seconds("wait", patience, most=3600)
+            method, params["wait_s"] = "lease.acquire", seconds("wait", max_wait, most=3600)
         answer = from_json(await until(self._core.lease(method, to_json(params))))
         if answer.get("granted") is False:
             raise _conversion.failure("the holder keeps the lease", {"kind": "lease"})
         return Lease(self._core, arm, answer["lease"])
 
     async def answer(self, session: str, grant: bool, *, arm: str | None = None) -> None:
-        """Grants or refuses the lease to a session that requested it, named by the notice ``"lease.asked"``."""
+        """Grants or refuses the lease to a session that requested it: ``session`` of the notice ``"lease.asked"``."""
         await self.call("lease.answer", session=session, grant=flag("grant", grant), arm=arm)
 
     def notices(self) -> AsyncIterator[Notice]:
         """Subscribes to notifications of the station from now on. The subscription ends with the session."""
         return self._notices(self._core.notices())
 
-    async def _notices(self, heard: NativeNotices) -> AsyncIterator[Notice]:
-        while (news := await until(heard.next())) is not None:
-            method, told = news
-            yield Notice(method, from_json(told))
+    async def _notices(self, stream: NativeNotices) -> AsyncIterator[Notice]:
+        while (notice := await until(stream.next())) is not None:
+            method, payload = notice
+            yield Notice(method, from_json(payload))
 
     async def watch(self, arm: str | None = None, *, rate: int = 20) -> AsyncIterator[ArmState]:
-        """Watches the state of an arm; yields the latest state each time.
+        """Watches an arm: yields its latest state after each change.
 
         :param arm: name of the arm; optional if the station has only one.
         :param rate: states per second, 1 to 50.
@@ -326,16 +327,16 @@ class Station(Bound):
         """
         state: dict[str, Any] = {}
         rate = whole("rate", rate, 1, 50)
-        heard = self._core.notices()
+        stream = self._core.notices()
         subscription = (await self.call("arm.subscribe", arm=arm, rate=rate))["subscription"]
         try:
-            while (news := await until(heard.next())) is not None:
-                method, told = news
-                if method == "connection" and told == '"up"':
+            while (notice := await until(stream.next())) is not None:
+                method, payload = notice
+                if method == "connection" and payload == '"up"':
                     state.clear()
                     with suppress(PortError):
                         subscription = (await self.call("arm.subscribe", arm=arm, rate=rate))["subscription"]
-                elif method == "arm.state" and (params := from_json(told))["subscription"] == subscription:
+                elif method == "arm.state" and (params := from_json(payload))["subscription"] == subscription:
                     state.update(params["state"])
                     if "arm" in state:
                         yield value_of(ArmState, state)
@@ -348,33 +349,33 @@ class Station(Bound):
         """Subscribes to events of an arm: alarms, finished commands, stops, leases, jobs.
 
         :param arm: name of the arm; optional if the station has only one.
-        :param since: number of the last known event: later events are delivered first. Without it, only events from now
-            on.
+        :param since: number of the last known event. The events after it are delivered first, then new ones. If left
+            out, only new events are delivered.
 
         Events during a lost connection are delivered after the reconnect.
         """
-        heard = self._core.notices()
+        stream = self._core.notices()
         subscription = (await self.call("arm.subscribe", arm=arm, rate=1))["subscription"]
-        past = await self.call("events.since", arm=arm, seq=0 if since is None else since)
-        last: int = past["seq"] if since is None else since
-        waiting: list[Any] = [] if since is None else past["events"]
+        history = await self.call("events.since", arm=arm, seq=0 if since is None else since)
+        last: int = history["seq"] if since is None else since
+        pending: list[Any] = [] if since is None else history["events"]
         arm = (await self.call("arm.state", arm=arm))["arm"]
         try:
             while True:
-                for each in waiting:
+                for each in pending:
                     if each["seq"] > last:
                         last = each["seq"]
                         yield event(each)
-                if (news := await until(heard.next())) is None:
+                if (notice := await until(stream.next())) is None:
                     break
-                method, told = news
-                waiting = []
-                if method == "arm.event" and (params := from_json(told))["arm"] == arm:
-                    waiting = [params]
-                elif method == "connection" and told == '"up"':
+                method, payload = notice
+                pending = []
+                if method == "arm.event" and (params := from_json(payload))["arm"] == arm:
+                    pending = [params]
+                elif method == "connection" and payload == '"up"':
                     with suppress(PortError):
                         subscription = (await self.call("arm.subscribe", arm=arm, rate=1))["subscription"]
-                        waiting = (await self.call("events.since", arm=arm, seq=last))["events"]
+                        pending = (await self.call("events.since", arm=arm, seq=last))["events"]
         finally:
             with suppress(Error):
                 await self.call("arm.unsubscribe", subscription=subscription)
@@ -390,7 +391,7 @@ class Lease(Bound):
         self.arm = arm
         """Name of the arm, if one was given."""
         self.lease = lease
-        """Its id."""
+        """Id of the lease."""
 
     def __repr__(self) -> str:
         return f"<Lease {self.lease}{'' if self._held else ', given back'}>"
@@ -412,7 +413,8 @@ class Lease(Bound):
 
 
 class Jobs(Bound):
-    """Jobs of a station, which checks programs, counts their steps, and pauses, resumes and stops them."""
+    """Jobs of a station. The station checks programs, counts their completed steps, and pauses, resumes and stops
+    them."""
 
     def __init__(self, station: Station) -> None:
         self._station = station
@@ -471,7 +473,7 @@ class StationJob(Bound):
     def __init__(self, station: Station, job: str) -> None:
         self._station = station
         self.job = job
-        """Its id."""
+        """Id of the job."""
 
     def __repr__(self) -> str:
         return f"<StationJob {self.job}>"
@@ -490,7 +492,7 @@ class StationJob(Bound):
     async def resume(self, *, approach: bool = True, yes: bool = False, overlap: float | None = None) -> JobState:
         """Resumes the job, also after a stop, a failure, or a crash of the station.
 
-        :param approach: whether the arm may have been moved since.
+        :param approach: whether to approach the drawing safely, because the arm may have been moved.
         :param yes: confirms that the job may burn on a real arm.
         :param overlap: distance along the line by which a burn overlaps the burnt part, mm; for a job that has ended.
         """
@@ -510,17 +512,17 @@ class StationJob(Bound):
 
         Raises :class:`~magician.errors.PortError` when the session has ended.
         """
-        heard = self._station._core.notices()  # pyright: ignore[reportPrivateUsage]
+        stream = self._station._core.notices()  # pyright: ignore[reportPrivateUsage]
         state = await self.state()
         yield state
         while not state.over:
-            if (news := await until(heard.next())) is None:
+            if (notice := await until(stream.next())) is None:
                 raise PortError("the session at the station has ended")
-            method, told = news
+            method, payload = notice
             new: JobState | None = None
-            if method == "job.changed" and (job := from_json(told)["job"])["job"] == self.job:
+            if method == "job.changed" and (job := from_json(payload)["job"])["job"] == self.job:
                 new = value_of(JobState, job)
-            elif method in ("connection", "missed") and told != '"lost"':
+            elif method in ("connection", "missed") and payload != '"lost"':
                 with suppress(PortError):
                     new = await self.state()
             if new is not None and new != state:

@@ -58,20 +58,20 @@ __all__ = [
     "hex_bytes",
     "inverse",
     "inverse_of",
-    "keep_sheet",
-    "keep_surface",
-    "keep_tip",
-    "kept_settings",
     "pieces",
     "ports",
     "reach",
     "replay",
     "run_command",
+    "save_sheet",
+    "save_surface",
+    "save_tip",
     "serve_proxy",
     "serve_sim",
+    "sheet_from_touches",
+    "stored_settings",
+    "tip_from_touches",
     "tools",
-    "touched_sheet",
-    "touched_tip",
     "write_whole",
 ]
 
@@ -255,20 +255,20 @@ class Recording:
     def is_open(self) -> bool: ...
     def finish(self) -> Call[tuple[float, int, float, int | None]]: ...
 
-def touched_sheet(
+def sheet_from_touches(
     corners: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]],
 ) -> tuple[tuple[float, float], float, float, tuple[float, float], tuple[float, float] | None]: ...
-def touched_tip(
+def tip_from_touches(
     touches: tuple[tuple[float, float, float], tuple[float, float, float]], bias: tuple[float, float, float]
 ) -> tuple[tuple[float, float], tuple[float, float, float]]: ...
-def keep_sheet(
+def save_sheet(
     corners: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]],
 ) -> str | None: ...
-def keep_surface(height: float) -> str | None: ...
-def keep_tip(
+def save_surface(height: float) -> str | None: ...
+def save_tip(
     touches: tuple[tuple[float, float, float], tuple[float, float, float]], bias: tuple[float, float, float]
 ) -> str | None: ...
-def kept_settings() -> tuple[
+def stored_settings() -> tuple[
     tuple[tuple[float, float], float, float, tuple[float, float], tuple[float, float] | None] | None,
     tuple[float, tuple[float, float]] | None,
     str | None,
@@ -286,12 +286,12 @@ def serve_sim(
     scenario: str | None,
     speed: float,
     tool: tuple[float, float, float] | None,
-    places: tuple[list[str], str | None, str | None],
+    addresses: tuple[list[str], str | None, str | None],
 ) -> Served: ...
 def serve_proxy(
     port: str | None,
     arm: Cell | None,
-    places: tuple[list[str], str | None, str | None],
+    addresses: tuple[list[str], str | None, str | None],
     *,
     faults: str,
     trace: str | None,
@@ -300,10 +300,10 @@ def serve_proxy(
     keep_going: bool,
 ) -> Served: ...
 def conform(
-    port: str | None, only: list[str], skip: list[str], patience: float, allow_motion: bool
+    port: str | None, only: list[str], skip: list[str], timeout: float, allow_motion: bool
 ) -> tuple[Call[None], int, Call[None]]: ...
 def doctor(
-    port: str | None, count: int, patience: float, try_queue: bool
+    port: str | None, count: int, timeout: float, try_queue: bool
 ) -> tuple[Call[tuple[str | None, int | None, float | None, Error | None]], Call[None]]: ...
 def hex_bytes(text: str) -> bytes | None: ...
 def pieces(data: bytes, file: bool, sender: str | None) -> list[Decoded | Rejected]: ...
@@ -416,7 +416,7 @@ class Cell:
         fence: str | None = None,
         trace: str | None = None,
     ) -> Call[Core]: ...
-    def serve(self, places: tuple[list[str], str | None, str | None]) -> Served: ...
+    def serve(self, addresses: tuple[list[str], str | None, str | None]) -> Served: ...
     def title(self) -> str | None: ...
     def state(self) -> dict[str, Any]: ...
     def objects(self) -> list[dict[str, Any]]: ...
@@ -470,7 +470,6 @@ def draw_arm(
     alarms: Sequence[int],
     facts: Sequence[str],
 ) -> Picture: ...
-
 @final
 class Station:
     @staticmethod

@@ -188,7 +188,7 @@ class RunningMotion:
         self._follows_failure = after is not None and after.is_given_up()
         self._callbacks: list[Callable[[], object]] = []
         self.over = False
-        self.told = False
+        self.is_reported = False
         self.value: Any = None
         self.failure: BaseException | None = None
         if after is None:
@@ -214,7 +214,7 @@ class RunningMotion:
             if self.over or self._cancelled:
                 return
             # The caller knows about the cancel: do not report it again.
-            self._cancelled = self.told = True
+            self._cancelled = self.is_reported = True
             call, self._call = self._call, None
             between, self._begun = self._begun and call is None, True
             self._is_braking = rests and call is not None and self._moves
@@ -251,7 +251,7 @@ class RunningMotion:
                 return
             self._begun = True
             if after is not None and after.is_given_up() and not self._follows_failure:
-                self._cancelled = self.told = True
+                self._cancelled = self.is_reported = True
         if after is not None and after.failure is not None and not self._follows_failure:
             self._step(failure=_stopped("the motion before this one did not come to its end"))
         else:

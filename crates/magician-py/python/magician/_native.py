@@ -133,19 +133,19 @@ def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
         raise
 
 
-def wait_left(call: Call[T], left: Call[None], listener: Listener | None = None) -> T:
+def wait_with_cleanup(call: Call[T], cleanup: Call[None], listener: Listener | None = None) -> T:
     """Waits in this thread for a call with a cleanup.
 
-    An interrupt is raised only after the cleanup, ``left``, has ended.
+    An interrupt is raised only after ``cleanup`` has ended.
     """
     try:
         return call.wait(listener)
     except BaseException:
         if not call.taken():
-            while not left.over():
+            while not cleanup.over():
                 # Ignore a second interrupt: the orderly end has to finish.
                 with contextlib.suppress(KeyboardInterrupt):
-                    left.wait()
+                    cleanup.wait()
         raise
 
 
@@ -177,7 +177,7 @@ def wait_steps(steps: Steps, core: Core) -> Any:
         return end.value
 
 
-def wait_next(coming: Iterator[T], running: Call[Any]) -> T:
+def wait_next(items: Iterator[T], running: Call[Any]) -> T:
     """Returns the next item of a generator.
 
     Raises :exc:`GeneratorEnd` at its end, and at the end of the run that it feeds.
@@ -185,18 +185,18 @@ def wait_next(coming: Iterator[T], running: Call[Any]) -> T:
     if running.over():
         raise GeneratorEnd
     try:
-        return next(coming)
+        return next(items)
     except StopIteration:
         raise GeneratorEnd from None
 
 
-def wait_ended(going: RunningMotion | FinishedMotion, core: Core, timeout: float | None = None) -> Any:
+def wait_ended(motion: RunningMotion | FinishedMotion, core: Core, timeout: float | None = None) -> Any:
     """Waits in this thread for a background motion. An interrupt stops the arm."""
-    if not going.over:
+    if not motion.over:
         import threading
 
         ended = threading.Event()
-        going.when_over(ended.set)
+        motion.when_over(ended.set)
         until = None if timeout is None else time.monotonic() + timeout
         try:
             # Wait in slices: on some systems an endless wait ignores interrupts.
@@ -206,19 +206,19 @@ def wait_ended(going: RunningMotion | FinishedMotion, core: Core, timeout: float
                 if until is not None and time.monotonic() >= until:
                     break
         except BaseException as interruption:
-            going.cancel(rests=False)
+            motion.cancel(rests=False)
             wait_stopped(core, interruption)
             raise
-    return _ended(going, timeout)
+    return _ended(motion, timeout)
 
 
-def wait_settled(going: RunningMotion, core: Core) -> None:
+def wait_settled(motion: RunningMotion, core: Core) -> None:
     """Waits in this thread until a background motion is over. Raises its error if the caller has not seen it."""
-    told = going.told
+    was_reported = motion.is_reported
     try:
-        wait_ended(going, core)
+        wait_ended(motion, core)
     except Error as failure:
-        if failure is not going.failure or not (told or going.is_given_up()):
+        if failure is not motion.failure or not (was_reported or motion.is_given_up()):
             raise
 
 
@@ -253,8 +253,8 @@ async def until_done(call: Call[T], core: Core, listener: Listener | None = None
         raise
 
 
-async def until_left(call: Call[T], left: Call[None], listener: Listener | None = None) -> T:
-    """Waits in the running event loop for a call with a cleanup, as :func:`wait_left`."""
+async def until_with_cleanup(call: Call[T], cleanup: Call[None], listener: Listener | None = None) -> T:
+    """Waits in the running event loop for a call with a cleanup, as :func:`wait_with_cleanup`."""
     try:
         return await _until(call, listener)
     except GeneratorExit:
@@ -262,7 +262,7 @@ async def until_left(call: Call[T], left: Call[None], listener: Listener | None 
         raise
     except BaseException:
         if not call.taken():
-            await _until(left, None)
+            await _until(cleanup, None)
         raise
 
 
@@ -295,26 +295,26 @@ async def until_steps(steps: Steps, core: Core) -> Any:
         return end.value
 
 
-async def until_next(coming: Iterator[T] | AsyncIterator[T], running: Call[Any]) -> T:
+async def until_next(items: Iterator[T] | AsyncIterator[T], running: Call[Any]) -> T:
     """Returns the next item of a synchronous or asynchronous generator, as :func:`wait_next`. The end of the run
     cancels an asynchronous one."""
-    if not isinstance(coming, AsyncIterator):
-        return wait_next(coming, running)
+    if not isinstance(items, AsyncIterator):
+        return wait_next(items, running)
     import asyncio
 
     loop = asyncio.get_running_loop()
-    following = asyncio.ensure_future(_next_of(coming))
+    following = asyncio.ensure_future(_next_of(items))
 
     def end() -> None:
         if running.over():
             following.cancel()
 
-    def tell() -> None:
+    def notify() -> None:
         # A closed loop has no waiter left.
         with contextlib.suppress(RuntimeError):
             loop.call_soon_threadsafe(end)
 
-    running.listen(tell)
+    running.listen(notify)
     try:
         return await following
     except StopAsyncIteration:
@@ -326,13 +326,13 @@ async def until_next(coming: Iterator[T] | AsyncIterator[T], running: Call[Any])
         raise
 
 
-async def _next_of(coming: AsyncIterator[T]) -> T:
-    return await anext(coming)
+async def _next_of(items: AsyncIterator[T]) -> T:
+    return await anext(items)
 
 
-async def until_ended(going: RunningMotion | FinishedMotion, core: Core, timeout: float | None = None) -> Any:
+async def until_ended(motion: RunningMotion | FinishedMotion, core: Core, timeout: float | None = None) -> Any:
     """Waits in the running event loop for a background motion. Cancelling the wait stops the arm."""
-    if not going.over:
+    if not motion.over:
         import asyncio
 
         loop = asyncio.get_running_loop()
@@ -342,31 +342,31 @@ async def until_ended(going: RunningMotion | FinishedMotion, core: Core, timeout
             if not ended.done():
                 ended.set_result(None)
 
-        def tell() -> None:
+        def notify() -> None:
             # A closed loop has no waiter left.
             with contextlib.suppress(RuntimeError):
                 loop.call_soon_threadsafe(end)
 
-        going.when_over(tell)
+        motion.when_over(notify)
         try:
             await asyncio.wait((ended,), timeout=timeout)
         except GeneratorExit:
-            going.cancel(rests=False)
+            motion.cancel(rests=False)
             raise
         except BaseException as interruption:
-            going.cancel(rests=False)
+            motion.cancel(rests=False)
             await until_stopped(core, interruption)
             raise
-    return _ended(going, timeout)
+    return _ended(motion, timeout)
 
 
-async def until_settled(going: RunningMotion, core: Core) -> None:
+async def until_settled(motion: RunningMotion, core: Core) -> None:
     """Waits in the running event loop until a background motion is over, as :func:`wait_settled`."""
-    told = going.told
+    was_reported = motion.is_reported
     try:
-        await until_ended(going, core)
+        await until_ended(motion, core)
     except Error as failure:
-        if failure is not going.failure or not (told or going.is_given_up()):
+        if failure is not motion.failure or not (was_reported or motion.is_given_up()):
             raise
 
 
@@ -394,7 +394,7 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[None] = loop.create_future()
 
-    def look() -> None:
+    def check_call() -> None:
         if ended.done():
             return
         over, report = call.over(), call.report()
@@ -412,14 +412,14 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
             if over:
                 ended.set_result(None)
 
-    def tell() -> None:
+    def notify() -> None:
         try:
-            loop.call_soon_threadsafe(look)
+            loop.call_soon_threadsafe(check_call)
         except RuntimeError:
             # The loop is closed: no waiter is left.
             call.cancel()
 
-    call.listen(tell)
+    call.listen(notify)
     try:
         await ended
     except BaseException:
@@ -428,14 +428,14 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
     return call.result()
 
 
-def _ended(going: RunningMotion | FinishedMotion, timeout: float | None) -> Any:
-    if not going.over:
+def _ended(motion: RunningMotion | FinishedMotion, timeout: float | None) -> Any:
+    if not motion.over:
         raise ResponseTimeoutError(f"the motion is still under way after {timeout:g} s; it goes on")
-    if isinstance(going, RunningMotion):
-        going.told = True
-    if going.failure is not None:
-        raise going.failure
-    return going.value
+    if isinstance(motion, RunningMotion):
+        motion.is_reported = True
+    if motion.failure is not None:
+        raise motion.failure
+    return motion.value
 
 
 class Closeable(Protocol):

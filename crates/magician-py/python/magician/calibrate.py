@@ -102,7 +102,7 @@ def sheet(corners: Sequence[Target | Point]) -> TouchedSheet:
         again.
     """
     a, b, c = (_three(each) for each in _checked_touches("corners", corners, 3))
-    corner, rotation, height, slope, size = _magician.touched_sheet((a, b, c))
+    corner, rotation, height, slope, size = _magician.sheet_from_touches((a, b, c))
     return TouchedSheet(Sheet(corner, rotation, size), Surface(height, slope), (a, b, c))
 
 
@@ -132,7 +132,7 @@ def tip(touches: Sequence[Target | Point], *, tool: words.Tool | Sequence[float]
     one, other = (_turn(each) for each in _checked_touches("touches", touches, 2))
     bias = tool_bias(tool)
     assert bias is not None
-    offset, found = _magician.touched_tip((one, other), bias)
+    offset, found = _magician.tip_from_touches((one, other), bias)
     return Tip(offset, found, (one, other), bias)
 
 
@@ -144,13 +144,13 @@ def save(found: TouchedSheet | Surface | Tip) -> str | None:
     :raises InvalidInputError: A tilted surface cannot be stored without a sheet, or the file cannot be edited.
     """
     if isinstance(found, TouchedSheet):
-        return _magician.keep_sheet(found.corners)
+        return _magician.save_sheet(found.corners)
     if isinstance(found, Tip):
-        return _magician.keep_tip(found.touches, found.tool)
+        return _magician.save_tip(found.touches, found.tool)
     if any(found.slope):
         raise InvalidInputError("the surface is tilted: it is kept with its sheet, from three points")
     height: float = number("height", found.height, unit="mm")
-    return _magician.keep_surface(height)
+    return _magician.save_surface(height)
 
 
 def saved() -> Saved:
@@ -158,7 +158,7 @@ def saved() -> Saved:
 
     :raises InvalidInputError: The settings file is invalid.
     """
-    sheet, surface, tool = _magician.kept_settings()
+    sheet, surface, tool = _magician.stored_settings()
     if sheet is None:
         return Saved(None, None if surface is None else Surface(*surface), tool)
     corner, rotation, height, slope, size = sheet

@@ -9,7 +9,7 @@ from typing import Literal
 from . import _magician
 from ._arguments import check_progress, flag, seconds, text
 from ._magician import Call
-from ._native import until_left, wait_left
+from ._native import until_with_cleanup, wait_with_cleanup
 from ._progress import ProgressLine
 from ._values import Value
 
@@ -106,13 +106,13 @@ class Conformance(Value):
     def _repr_html_(self) -> str:
         from html import escape
 
-        found = ""
+        rows = ""
         for each in self.failed:
             why = (each.failure.expected, each.failure.got) if each.failure else ("", "")
             cells = "".join(f"<td>{escape(text)}</td>" for text in (each.case, each.title, *why))
-            found += f"<tr>{cells}</tr>"
+            rows += f"<tr>{cells}</tr>"
         head = "<tr><th>case</th><th>the arm should</th><th>expected</th><th>got</th></tr>"
-        return f"<p>{self._counts()}</p>" + (f"<table>{head}{found}</table>" if found else "")
+        return f"<p>{self._counts()}</p>" + (f"<table>{head}{rows}</table>" if rows else "")
 
 
 class CaseProgress(Value):
@@ -172,7 +172,7 @@ def conform(
     :raises PortError: The port does not exist, access is denied, or it is in use.
     """
     running = _Running(port, only, skip, timeout, allow_motion, progress)
-    wait_left(running.call, running.left, running.hear)
+    wait_with_cleanup(running.call, running.cleanup, running.on_results)
     return running.ended()
 
 
@@ -189,7 +189,7 @@ async def conform_async(
     restored before :exc:`asyncio.CancelledError` is raised.
     """
     running = _Running(port, only, skip, timeout, allow_motion, progress)
-    await until_left(running.call, running.left, running.hear)
+    await until_with_cleanup(running.call, running.cleanup, running.on_results)
     return running.ended()
 
 
@@ -205,7 +205,7 @@ class _Running:
     """A running suite with its results so far."""
 
     call: Call[None]
-    left: Call[None]
+    cleanup: Call[None]
 
     def __init__(
         self,
@@ -219,29 +219,29 @@ class _Running:
         check_progress(progress)
         # A program without a console has no stderr.
         self._line = ProgressLine(sys.stderr) if progress is True and sys.stderr is not None else None
-        self._tell: Callable[[CaseProgress], object] | None = progress if callable(progress) else self._line
+        self._on_progress: Callable[[CaseProgress], object] | None = progress if callable(progress) else self._line
         self._results: list[CaseResult] = []
         self._failed = 0
         patterns = [*_patterns("only", only)], [*_patterns("skip", skip)]
-        self.call, self._cases, self.left = _magician.conform(
+        self.call, self._cases, self.cleanup = _magician.conform(
             text("port", port), *patterns, seconds("timeout", timeout, above=0), flag("allow_motion", allow_motion)
         )
 
-    def hear(self, found: list[_Found]) -> None:
+    def on_results(self, results: list[_Found]) -> None:
         """Receives finished cases."""
-        for about, outcome, reason, failure in found:
-            result = CaseResult(*about, outcome, reason, None if failure is None else Mismatch(*failure))
+        for case_fields, outcome, reason, failure in results:
+            result = CaseResult(*case_fields, outcome, reason, None if failure is None else Mismatch(*failure))
             self._results.append(result)
             self._failed += result.outcome == "failed"
-            if self._tell is not None:
-                self._tell(CaseProgress(len(self._results), self._cases, self._failed, result))
+            if self._on_progress is not None:
+                self._on_progress(CaseProgress(len(self._results), self._cases, self._failed, result))
 
     def ended(self) -> Conformance:
         """Ends the progress line and returns the results."""
-        found = Conformance(tuple(self._results))
+        results = Conformance(tuple(self._results))
         if self._line is not None:
-            self._line.end(repr(found)[1:-1])
-        return found
+            self._line.end(repr(results)[1:-1])
+        return results
 
 
 def _patterns(name: str, patterns: Iterable[str]) -> Iterable[str]:

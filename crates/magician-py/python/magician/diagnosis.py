@@ -8,7 +8,7 @@ from typing import Any
 from . import _magician
 from ._arguments import flag, seconds, text, whole
 from ._magician import Call
-from ._native import until_left, wait_left
+from ._native import until_with_cleanup, wait_with_cleanup
 from ._values import Value
 from .errors import Error
 
@@ -98,7 +98,7 @@ def doctor(
     :raises InvalidInputError: The port is invalid, or an argument is out of range.
     """
     examination = _Examination(port, count, timeout, try_queue, on_finding)
-    return examination.ended(*wait_left(examination.call, examination.left, examination.hear))
+    return examination.ended(*wait_with_cleanup(examination.call, examination.cleanup, examination.on_results))
 
 
 async def doctor_async(
@@ -113,14 +113,14 @@ async def doctor_async(
     before :exc:`asyncio.CancelledError` is raised.
     """
     examination = _Examination(port, count, timeout, try_queue, on_finding)
-    return examination.ended(*await until_left(examination.call, examination.left, examination.hear))
+    return examination.ended(*await until_with_cleanup(examination.call, examination.cleanup, examination.on_results))
 
 
 class _Examination:
     """A running diagnosis with its findings so far."""
 
     call: Call[tuple[str | None, int | None, float | None, Error | None]]
-    left: Call[None]
+    cleanup: Call[None]
 
     def __init__(
         self,
@@ -134,14 +134,14 @@ class _Examination:
             raise TypeError(f"on_finding is {on_finding!r}; it takes a function")
         self._tell = on_finding
         self._findings: list[Finding] = []
-        self.call, self.left = _magician.doctor(
+        self.call, self.cleanup = _magician.doctor(
             text("port", port),
             whole("count", count, 1, 100_000),
             seconds("timeout", timeout, above=0),
             flag("try_queue", try_queue),
         )
 
-    def hear(self, found: list[Any]) -> None:
+    def on_results(self, found: list[Any]) -> None:
         """Receives a finding."""
         for parts in found:
             self._findings.append(Finding(*parts))

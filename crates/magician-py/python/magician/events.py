@@ -19,7 +19,7 @@ __all__ = [
 
 
 class AlarmRaised(Value):
-    """An alarm was raised since the last reading."""
+    """An alarm became active since the alarms were last read."""
 
     alarm: Alarm
     """The alarm, with its cause and remedy."""
@@ -33,7 +33,7 @@ class AlarmCleared(Value):
 
 
 class CommandFinished(Value):
-    """Queued commands of any program finished: one, or a range between two readings."""
+    """Queued commands of any program finished: one, or all between two readings of the queue index."""
 
     first: int
     """Queue index of the first command."""
@@ -59,9 +59,9 @@ class Reset(Value):
     """The arm was reset, or switched off and on."""
 
     first: int | None
-    """Queue index of the first unfinished command of this connection, or ``None``."""
+    """Queue index of the first unfinished command of this connection; ``None`` if all had finished."""
     last: int | None
-    """Queue index of the last unfinished command, or ``None``."""
+    """Queue index of the last unfinished command of this connection; ``None`` if all had finished."""
 
 
 class Unaccounted(Value):

@@ -23,20 +23,21 @@ class Difference(Value):
     time: float
     """Time of the request, s from the start of the trace."""
     link: str | None
-    """Link of the trace on which it was sent: a port, a client."""
+    """Link of the trace on which the request was sent: a port, a client."""
     id: int
     """Id of the command."""
     command: str | None
     """The command, as the vendor calls it; ``None`` for an unknown id."""
     kind: Literal["value", "form", "silent", "answered", "unasked"]
-    """Kind of the difference: the value of a field; the form of the answer; an answer that only the recording has, or
-    only the virtual arm gives; a recorded answer that belongs to no request."""
+    """Kind of the difference: ``"value"`` of a field; ``"form"`` of the answer, such as its error bit; ``"silent"``,
+    only the recording has an answer; ``"answered"``, only the virtual arm answers; ``"unasked"``, a recorded answer
+    belongs to no request."""
     field: str | None
     """Field whose value differs."""
     recorded: Any
     """Recorded value of the field, or the frame of the answer; ``None`` without an answer."""
     replayed: Any
-    """Same for the virtual arm."""
+    """Value of the field, or the frame of the answer, from the virtual arm; ``None`` without an answer."""
 
     def __str__(self) -> str:
         return f"{self.time:.6f} s: {self.text}"
@@ -91,16 +92,16 @@ def replay(
     >>> print(magician.replay("session.pcapng", clock="max"))
 
     The virtual arm starts as after power-up, and runs on the time of the trace, without real delays. Queue indices are
-    compared relative to the first, the arm's clock by the time between two readings; everything else must be equal,
-    except measured numbers. Traces are never sent to a real arm.
+    compared relative to the first, the arm's clock by the time between two readings. Measured values may differ by
+    ``tolerance``; everything else must be equal. Traces are never sent to a real arm.
 
     :param trace: A trace (pcapng), as ``Arm(port, trace=...)`` or ``magician sim --trace`` writes it: its file, or its
         bytes.
     :param link: Name or number of the link to replay; if left out, the arm's line of a proxy trace, or all links of any
         other trace.
-    :param clock: Arm seconds per trace second, or ``"max"``: the speed of the virtual arm that was recorded.
-    :param ignore: Values to ignore: a command (``"GetPose"``), a field of one (``"GetPose.x"``) or every field of a
-        name (``"queued_cmd_index"``).
+    :param clock: Speed of the recorded virtual arm: seconds of its clock per second of the trace, or ``"max"``.
+    :param ignore: Values to ignore: all fields of a command (``"GetPose"``), one field of a command
+        (``"GetPose.x"``), or a field in all commands (``"queued_cmd_index"``).
     :param tolerance: Tolerance of measured values, in their unit: mm, degrees.
     :param time_tolerance: Tolerance of the arm's clock between two readings, ms.
     :param scenario: World of the virtual arm, as for :class:`VirtualArm`.
@@ -120,7 +121,7 @@ def replay(
         inputs.append(os.fspath(trace))
     if save is not None:
         _magician.check_distinct([file for file in inputs if file is not None], [os.fspath(save)])
-    how: dict[str, Any] = {
+    options: dict[str, Any] = {
         "link": link,
         "clock": clock_speed(clock),
         "ignore": list(ignore),
@@ -130,5 +131,5 @@ def replay(
         "profile": scenario_text(profile),
         "save": None if save is None else os.fspath(save),
     }
-    counts, differences = _magician.replay(data, how)
+    counts, differences = _magician.replay(data, options)
     return Replay(tuple(differences), *counts)

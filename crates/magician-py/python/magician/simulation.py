@@ -47,7 +47,7 @@ View = Literal["top", "side"]
 """Camera view: from above, x to the right and y up; or from the side, distance from the base axis to the right and z
 up."""
 
-_SEEDS = 2**64 - 1
+_MAX_SEED = 2**64 - 1
 
 
 class Observation(NamedTuple):
@@ -89,7 +89,7 @@ class Observations(NamedTuple):
 
 
 class _Arms:
-    """Common base of one and many simulations."""
+    """Base class of :class:`Simulation` and :class:`Simulations`."""
 
     __slots__ = ("_count", "_native", "_threads")
 
@@ -112,7 +112,7 @@ class _Arms:
             tool_bias(tool),
             action,
             None if speed is None else number("speed", speed, above=0, most=100, unit="%"),
-            whole("seed", seed, 0, _SEEDS),
+            whole("seed", seed, 0, _MAX_SEED),
             number("object_noise", object_noise, least=0, unit="mm"),
             number("joint_noise", joint_noise, least=0, unit="deg"),
         )
@@ -123,8 +123,8 @@ class _Arms:
         return tuple(self._native.names())
 
     def _reset(self, seed: int | None, which: bytes | None) -> None:
-        begin = None if seed is None else whole("seed", seed, 0, _SEEDS)
-        self._native.reset(begin, which, self._threads)
+        first_seed = None if seed is None else whole("seed", seed, 0, _MAX_SEED)
+        self._native.reset(first_seed, which, self._threads)
 
     def _images(self, which: Sequence[int], view: View, size: tuple[int, int]) -> bytearray:
         if view not in ("top", "side"):
@@ -143,9 +143,9 @@ class Simulation(_Arms):
     gripper: on (closed) above 0, else off. The tool is switched at once, before the motion. A target with NaN is
     ignored: the arm continues. An infinite target is refused, as one out of reach (:attr:`Observation.refused`).
 
-    The target of a real arm cannot be changed during a motion; the arm can only be stopped. A step without ``dt``
-    therefore ends when the arm is at rest, a step with ``dt`` after that time. If a motion is then still under way, the
-    same target continues it; another target first forces a stop and clears the queue.
+    The target of a real arm cannot be changed during a motion; the arm can only be stopped. Therefore a step without
+    ``dt`` ends when the arm is at rest. A step with ``dt`` ends after ``dt`` seconds. If a motion is then still under
+    way, a step with the same target continues it; another target first forces a stop and clears the queue.
     """
 
     __slots__ = ()
@@ -166,7 +166,7 @@ class Simulation(_Arms):
         :param scenario: As for :class:`~magician.VirtualArm`.
         :param action: Meaning of the four numbers of an action.
         :param tool: As for :class:`~magician.VirtualArm`.
-        :param speed: Point-to-point speed ratio, percent; that of power-up if left out.
+        :param speed: Point-to-point speed ratio, percent; the power-up value if left out.
         :param seed: Seed of the random number generator.
         :param object_noise: Maximum random displacement of objects on the table in x and y, mm.
         :param joint_noise: Maximum random offset of each joint at the start, degrees, within its limits.
@@ -175,23 +175,23 @@ class Simulation(_Arms):
         super().__init__(1, scenario, action, tool, speed, seed, object_noise, joint_noise, 1)
 
     def reset(self, seed: int | None = None) -> Observation:
-        """Starts a new episode, with the random numbers of a seed or the next ones of the sequence."""
+        """Starts a new episode. Without a seed the random number generator continues its sequence."""
         self._reset(seed, None)
         return self.observe()
 
     def step(self, action: Sequence[float] | SupportsArray, dt: float | None = None) -> Observation:
-        """Applies an action, advances the clock by ``dt``, s, or until the arm is at rest (at most a minute), and
-        returns the observation.
+        """Applies an action, advances the clock by ``dt`` seconds, and returns the observation. Without ``dt`` the
+        clock advances until the arm is at rest, but at most a minute.
 
         :raises InvalidInputError: The action does not have four or five numbers, or ``dt`` is not a valid time.
         """
         data, columns = _table([action], 1, "an action")
         time = None if dt is None else number("dt", dt, least=0, most=1e6, unit="s")
-        return _one(*self._native.step(data, columns, time, 1))
+        return _observation(*self._native.step(data, columns, time, 1))
 
     def observe(self) -> Observation:
         """Returns the current observation."""
-        return _one(*self._native.look())
+        return _observation(*self._native.look())
 
     @property
     def objects(self) -> dict[str, Place]:
@@ -205,7 +205,7 @@ class Simulation(_Arms):
 
     def restore(self, snapshot: Snapshot) -> Observation:
         """Restores a snapshot of this or another simulation, or of a :class:`~magician.VirtualArm` at rest."""
-        self._native.restore(0, _saved(snapshot))
+        self._native.restore(0, _native_snapshot(snapshot))
         return self.observe()
 
     def image(self, view: View = "top", size: tuple[int, int] = (256, 256)) -> Image:
@@ -247,15 +247,16 @@ class Simulations(_Arms):
 
         Other parameters as for :class:`Simulation`.
         """
-        cores = whole("threads", threads, 1, 1024) if threads is not None else os.cpu_count() or 1
+        thread_count = whole("threads", threads, 1, 1024) if threads is not None else os.cpu_count() or 1
         count = whole("count", count, 1, 1_000_000)
-        super().__init__(count, scenario, action, tool, speed, seed, object_noise, joint_noise, cores)
+        super().__init__(count, scenario, action, tool, speed, seed, object_noise, joint_noise, thread_count)
 
     def __len__(self) -> int:
         return self._count
 
     def reset(self, seed: int | None = None, *, which: SupportsArray | Sequence[bool] | None = None) -> Observations:
-        """Starts a new episode with the random numbers of ``seed + i``, or the next ones of the sequence.
+        """Starts a new episode. Arm i uses the seed ``seed + i``; without a seed each random number generator continues
+        its sequence.
 
         :param which: Mask of the arms to reset; all if left out.
         """
@@ -272,11 +273,11 @@ class Simulations(_Arms):
         """
         data, columns = _table(actions, self._count, "actions")
         time = None if dt is None else number("dt", dt, least=0, most=1e6, unit="s")
-        return _many(*self._native.step(data, columns, time, self._threads))
+        return _observations(*self._native.step(data, columns, time, self._threads))
 
     def observe(self) -> Observations:
         """Returns the current observations."""
-        return _many(*self._native.look())
+        return _observations(*self._native.look())
 
     @property
     def objects(self) -> Floats:
@@ -293,14 +294,14 @@ class Simulations(_Arms):
         """Restores snapshots: one for each arm, or one for all."""
         if isinstance(snapshots, Snapshot):
             snapshots = [snapshots] * self._count
-        # A single value, even of a wrong type, counts as a list of one: `_saved` reports it.
-        several: Any = snapshots if hasattr(snapshots, "__iter__") else [snapshots]
-        found = list(map(_saved, several))
-        if len(found) != self._count:
+        # A single value becomes a list of one, so that `_native_snapshot` reports it if its type is wrong.
+        snapshot_list: Any = snapshots if hasattr(snapshots, "__iter__") else [snapshots]
+        natives = list(map(_native_snapshot, snapshot_list))
+        if len(natives) != self._count:
             raise InvalidInputError(
-                f"there are {len(found)} snapshots for {self._count} arms: give one for each, or one"
+                f"there are {len(natives)} snapshots for {self._count} arms: give one for each, or one"
             )
-        for nth, native in enumerate(found):
+        for nth, native in enumerate(natives):
             self._native.restore(nth, native)
         return self.observe()
 
@@ -309,22 +310,24 @@ class Simulations(_Arms):
         return _shaped(self._images(range(self._count), view, size), (self._count, *size, 3))
 
 
-def _saved(snapshot: Any) -> _magician.Saved:
+def _native_snapshot(snapshot: Any) -> _magician.Saved:
     return instance("snapshot", snapshot, Snapshot, "snapshot() makes one").native
 
 
-def _one(values: bytes, flags: bytes) -> Observation:
+def _observation(values: bytes, flags: bytes) -> Observation:
     row = to_list(values)
     return Observation(Position(*row[:4]), Joints(*row[4:8]), row[8], *map(bool, flags))
 
 
-def _many(values: bytes, flags: bytes) -> Observations:
+def _observations(values: bytes, flags: bytes) -> Observations:
     import numpy
 
     rows = to_numpy(values, 9)
-    marks: Any = numpy.frombuffer(bytearray(flags), dtype=numpy.bool_)
-    so = marks.reshape(-1, 4)
-    return Observations(rows[:, :4], rows[:, 4:8], rows[:, 8], so[:, 0], so[:, 1], so[:, 2], so[:, 3])
+    flag_array: Any = numpy.frombuffer(bytearray(flags), dtype=numpy.bool_)
+    columns = flag_array.reshape(-1, 4)
+    return Observations(
+        rows[:, :4], rows[:, 4:8], rows[:, 8], columns[:, 0], columns[:, 1], columns[:, 2], columns[:, 3]
+    )
 
 
 def _flat(values: Any) -> list[Any]:
@@ -337,8 +340,8 @@ def _shaped(data: bytearray, shape: tuple[int, ...]) -> Image:
         import numpy
     except ModuleNotFoundError:
         view: Any = memoryview(data).cast("B", shape)
-        seen: Image = view
-        return seen
+        image: Image = view
+        return image
     flat: Any = numpy.frombuffer(data, dtype=numpy.uint8)
     pixels: Image = flat.reshape(shape)
     return pixels

@@ -132,7 +132,7 @@ impl Core {
     fn touch_off(&self, py: Python<'_>, unhomed: bool) -> PyResult<Call> {
         let arm = self.arm(py)?;
         let arm = if unhomed { arm.allowing_unhomed() } else { arm };
-        let draws = crate::calibrate::kept_tool(py)?.unwrap_or(Tool::Pen);
+        let draws = crate::calibrate::default_tool(py)?.unwrap_or(Tool::Pen);
         let touch = async move {
             let touch = touch_off(&arm, draws).await?;
             // The table of a virtual arm has nothing to do with a real one.

@@ -4,8 +4,8 @@ use magician::commands::Pose;
 use magician::{Arm, Result, Set, Target};
 use magician_protocol::{Deframer, Event};
 
-/// Sends the given frames as commands. Returns 0 on success, with the arm's position as output;
-/// otherwise the error.
+/// Sends the given frames as commands. Returns 0, with the arm's position as output; 1 if there is
+/// no runtime; or 2, with the error as output.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn perform() -> u32 {
     let runtime = tokio::runtime::Builder::new_current_thread()
@@ -14,7 +14,7 @@ pub(crate) extern "C" fn perform() -> u32 {
     let Ok(runtime) = runtime else {
         return 1;
     };
-    match runtime.block_on(run_bytes(&crate::take_input())) {
+    match runtime.block_on(run_frames(&crate::take_input())) {
         Ok(Pose { x, y, z, r, .. }) => {
             for value in [x, y, z, r] {
                 crate::set_output(&value.to_le_bytes());
@@ -28,7 +28,7 @@ pub(crate) extern "C" fn perform() -> u32 {
     }
 }
 
-async fn run_bytes(bytes: &[u8]) -> Result<Pose> {
+async fn run_frames(bytes: &[u8]) -> Result<Pose> {
     let mut commands = Vec::new();
     let mut frames = Deframer::new();
     let mut input = bytes;

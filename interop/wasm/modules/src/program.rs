@@ -1,4 +1,4 @@
-//! Plans: read, checked, previewed and rehearsed.
+//! Functions that read, check, preview and rehearse a plan.
 
 use std::cell::RefCell;
 
@@ -12,22 +12,23 @@ thread_local! {
     static PLAN: RefCell<Plan> = RefCell::new(Plan::new(""));
 }
 
-fn start() -> Preflight {
+fn preflight_at_home() -> Preflight {
     Preflight::at(JointAngles::HOME, ToolBias::SUCTION)
 }
 
-/// Reads the given file. Returns 0 on success, with the plan file as output; otherwise the error.
+/// Reads the given file. Returns 0, with the plan file as output; 1 if its format is unknown; or 2,
+/// with the error as output.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn plan() -> u32 {
     let bytes = crate::take_input();
     let Some(format) = Format::of("", &bytes) else {
         return 1;
     };
-    let laid = || -> Result<Plan, Diagnostic> {
+    let read_plan = || -> Result<Plan, Diagnostic> {
         let reading = read(format, &bytes, &ReadOptions::default())?;
         Ok(Setup::default().plan(format, reading.content)?.plan)
     };
-    match laid() {
+    match read_plan() {
         Ok(plan) => {
             crate::set_output(plan.to_json().as_bytes());
             PLAN.set(plan);
@@ -43,28 +44,33 @@ pub(crate) extern "C" fn plan() -> u32 {
 /// Checks the plan and returns its estimated time, s; infinite if unknown.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn estimate() -> f64 {
-    let time = PLAN.with_borrow(|plan| check(plan, &start()).time);
+    let time = PLAN.with_borrow(|plan| check(plan, &preflight_at_home()).time);
     time.map_or(f64::INFINITY, |time| time.as_secs_f64())
 }
 
-/// Returns the number of commands from this step on.
+/// Returns the number of commands that resume the plan at a step; -1 if it cannot be resumed there.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn resume(step: u64) -> i64 {
     let program = PLAN.with_borrow(|plan| Program::new(plan.clone(), None));
-    let rest = program.remaining(step, start());
+    let rest = program.remaining(step, preflight_at_home());
     rest.map_or(-1, |rest| rest.commands().count() as i64)
 }
 
 /// Draws the plan as SVG.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn preview() {
-    crate::set_output(shown().to_svg().as_bytes());
+    crate::set_output(plan_preview().to_svg().as_bytes());
 }
 
-fn shown() -> Preview {
+fn plan_preview() -> Preview {
     PLAN.with_borrow(|plan| {
-        let report = check(plan, &start());
-        Preview::new(plan, &report, &start(), &PreviewOptions::default())
+        let report = check(plan, &preflight_at_home());
+        Preview::new(
+            plan,
+            &report,
+            &preflight_at_home(),
+            &PreviewOptions::default(),
+        )
     })
 }
 
@@ -72,11 +78,11 @@ fn shown() -> Preview {
 #[cfg(feature = "picture")]
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn picture(pixels_per_mm: f64) {
-    crate::set_output(&shown().to_png(pixels_per_mm).unwrap_or_default());
+    crate::set_output(&plan_preview().to_png(pixels_per_mm).unwrap_or_default());
 }
 
 /// Rehearses the plan on a virtual arm. Returns the number of completed steps, with the drawing as
-/// SVG output.
+/// SVG output; -1 if the rehearsal fails.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn rehearsal() -> i64 {
     let done = PLAN.with_borrow(|plan| rehearse(plan, &RehearseOptions::default()));

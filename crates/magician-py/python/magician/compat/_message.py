@@ -28,7 +28,7 @@ class Message:
         self.params: bytes | bytearray = b""
         """The parameters, little-endian."""
         self.checksum: int | None = None
-        """What makes the sum of all bytes after the length 0 modulo 256."""
+        """Checksum: with it, the sum of all bytes after the length is 0 modulo 256."""
         if b is not None:
             self.header, self.len, self.id, self.ctrl = b[:2], b[2], b[3], b[4]
             self.params, self.checksum = b[5:-1], b[-1]

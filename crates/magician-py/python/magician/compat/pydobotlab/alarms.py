@@ -105,7 +105,7 @@ class AlarmSet:
 def alarm_error(alarms: AlarmSet, says: str = "") -> DobotAlarmError:
     """Creates the exception for active alarms, by the group of the first.
 
-    The alarm of a reset is skipped if there is another one: it refuses no call here.
+    The alarm of a reset is skipped if there is another one, because it makes no call fail here.
     """
     first = next((alarm for alarm in alarms if alarm != Alarm.PUBLIC_RESET), Alarm.PUBLIC_RESET)
     kind = _GROUPS[first & 0xF0][1] if first & 0xF0 in _GROUPS else DobotAlarmError

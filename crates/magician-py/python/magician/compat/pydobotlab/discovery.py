@@ -1,4 +1,4 @@
-"""Search for arms: the ports with an arm's adapter, or the one to which all connections are redirected."""
+"""Search for arms: ports with the USB adapter of an arm, or the port that ``magician.compat`` redirects to."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class PortInfo(NamedTuple):
 
 
 class DiscoveredDobot(NamedTuple):
-    """Port with an arm's adapter. The arm is not asked: the serial number is the adapter's."""
+    """Port with the USB adapter of an arm. Nothing is sent: the serial number is the adapter's."""
 
     port: str
     serial_number: str
@@ -43,7 +43,7 @@ class DiscoveredDobot(NamedTuple):
 
 
 class ProbeFailure(NamedTuple):
-    """Never created here."""
+    """Failed probe of a port. Never created, because this module probes no port."""
 
     port: str
     reason: str
@@ -73,7 +73,7 @@ def discover_with_diagnostics(
 
 
 def find_free_port(*, only_known_adapters: bool = False) -> str | None:
-    """Returns the first port at which an arm is likely."""
+    """Returns the first port at which an arm is likely; ``None`` if there is none."""
     return next((each.port for each in discover()), None)
 
 
@@ -88,7 +88,7 @@ def is_port_in_use(port: str) -> bool:
 
 
 class Discovery:
-    """Same functions as static methods."""
+    """The functions of this module, as static methods."""
 
     list_ports = staticmethod(list_ports)
     is_dobot = staticmethod(is_dobot)
