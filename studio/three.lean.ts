@@ -3,17 +3,17 @@
 // version is pinned, and the build fails if a text is missing.
 import type { Plugin } from "vite";
 
-const HEADSET =
+const WEBXR_STUB =
   "{ enabled: false, isPresenting: false, getEnvironmentBlendMode() {}, dispose() {}, addEventListener() {}, removeEventListener() {}, setAnimationLoop() {} }";
 
-const REPLACED: ReadonlyArray<readonly [text: string, by: string]> = [
-  ["new WebXRManager( _this, _gl )", HEADSET],
+const REPLACEMENTS: ReadonlyArray<readonly [text: string, by: string]> = [
+  ["new WebXRManager( _this, _gl )", WEBXR_STUB],
   ["new WebGLEnvironments( _this )", "{ get: () => null, dispose() {} }"],
   ["m_uniforms.dfgLUT.value = getDFGLUT();", ""],
 ];
 
 /** Shader texts of materials and lights that the pictures do not use. */
-const UNUSED = [
+const UNUSED_SHADERS = [
   "lights_physical_pars_fragment",
   "lights_physical_fragment",
   "lightprobes_pars_fragment",
@@ -31,23 +31,23 @@ const UNUSED = [
   "skinning_pars_vertex",
 ];
 /** Complete shaders of materials that the pictures do not use. */
-const NAMED = /"#define (STANDARD|TOON|MATCAP|NORMAL)\\n/;
+const UNUSED_MATERIALS = /"#define (STANDARD|TOON|MATCAP|NORMAL)\\n/;
 
 export const leanThree: Plugin = {
   name: "lean-three",
   transform(code, id) {
     if (!/three.build.three\.module\.js$/.test(id)) return null;
     let lean = code;
-    for (const [text, by] of REPLACED) {
+    for (const [text, by] of REPLACEMENTS) {
       if (!lean.includes(text)) throw new Error(`three has no ${text}`);
       lean = lean.replace(text, () => by);
     }
-    for (const name of UNUSED) {
+    for (const name of UNUSED_SHADERS) {
       const found = new RegExp(`^var ${name} = ".*";$`, "m");
       if (!found.test(lean)) throw new Error(`three has no shader ${name}`);
       lean = lean.replace(found, `var ${name} = "";`);
     }
-    const whole = lean.split("\n").map((line) => (NAMED.test(line) ? line.replace(/".*"/, '""') : line));
-    return { code: whole.join("\n"), map: null };
+    const emptied = lean.split("\n").map((line) => (UNUSED_MATERIALS.test(line) ? line.replace(/".*"/, '""') : line));
+    return { code: emptied.join("\n"), map: null };
   },
 };

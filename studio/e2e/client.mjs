@@ -1,5 +1,5 @@
-// Test of the page in docs/guide/STATION-CLIENTS.md, served from elsewhere, as written by a user who
-// knows only the API.
+// Test of the example page in docs/guide/STATION-CLIENTS.md, which uses only the API. The page
+// comes from another server than the station's.
 import assert from "node:assert/strict";
 import { once } from "node:events";
 import { readFileSync } from "node:fs";
@@ -9,18 +9,18 @@ import { fileURLToPath } from "node:url";
 import { Station } from "./bench.mjs";
 
 const DOCS = join(dirname(fileURLToPath(import.meta.url)), "../../docs/guide/STATION-CLIENTS.md");
-/** Longer than a lease lives without an answer to a ping, ms. */
-const IDLE = 6000;
+/** Longer than the timeout of a lease, ms: replies to pings must keep it. */
+const IDLE_TIME = 6000;
 
 export function client(test, { browser, program }) {
   test("the page of the documents jogs, runs a program and stops", async () => {
     const text = /^```html\n(.*?)^```$/ms.exec(readFileSync(DOCS, "utf8"))[1];
-    const files = createServer((_, answer) => answer.setHeader("content-type", "text/html").end(text)).listen(
+    const server = createServer((_, answer) => answer.setHeader("content-type", "text/html").end(text)).listen(
       0,
       "127.0.0.1",
     );
-    await once(files, "listening");
-    const origin = `http://127.0.0.1:${files.address().port}`;
+    await once(server, "listening");
+    const origin = `http://127.0.0.1:${server.address().port}`;
     const station = new Station(program);
     await station.start("--allow-origin", origin);
     const context = await browser.browser.newContext();
@@ -29,15 +29,15 @@ export function client(test, { browser, program }) {
       const problems = [];
       page.on("pageerror", (error) => problems.push(String(error)));
       await page.goto(`${origin}/station.html?${station.url.replace("http", "ws")}api/v1/ws`);
-      const says = (words) =>
+      const waitForLog = (words) =>
         page.waitForFunction((words) => document.getElementById("log").textContent.includes(words), words, {
           timeout: 20_000,
         });
-      await says("hello teacher");
+      await waitForLog("hello teacher");
       await page.waitForFunction(() => document.getElementById("state").textContent.startsWith("up x "));
       await page.click("#take");
-      await says("control: page");
-      await page.waitForTimeout(IDLE);
+      await waitForLog("control: page");
+      await page.waitForTimeout(IDLE_TIME);
       const before = await station.pose();
       assert.equal(before.holder?.name, "page");
       await page.hover("#up");
@@ -45,17 +45,17 @@ export function client(test, { browser, program }) {
       await page.waitForTimeout(1000);
       assert.notEqual((await station.pose()).jog, null, "it is kept up");
       await page.mouse.up();
-      await says("jog ended: released");
+      await waitForLog("jog ended: released");
       assert.ok((await station.waitForRest()).z > before.z + 1);
       await page.click("#run");
-      await says("job done");
+      await waitForLog("job done");
       await page.click("#stop");
-      await says("stop true");
+      await waitForLog("stop true");
       assert.deepEqual(problems, []);
     } finally {
       await context.close();
       await station.end();
-      files.close();
+      server.close();
     }
   });
 }

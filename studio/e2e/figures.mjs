@@ -294,7 +294,7 @@ const figures = {
         stopped.forEach((pid) => process.kill(pid, "SIGSTOP")),
       "the tab's process is killed": ({ stopped }) => stopped.forEach((pid) => process.kill(pid, "SIGKILL")),
       "the line is dropped": ({ way }) => way.drop(),
-      "the line falls silent": ({ way }) => (way.whole = false),
+      "the line falls silent": ({ way }) => (way.isOpen = false),
     };
     for (const [name, deed] of Object.entries(ways)) {
       const took = [];

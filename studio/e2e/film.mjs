@@ -11,7 +11,7 @@ import { Browser, Station, waitForState } from "./bench.mjs";
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const out = process.argv[2] ?? join(root, "docs/pictures/studio.gif");
 /** Frames per second, frames of a still, and largest size of the file, bytes. */
-const [RATE, STILL, MOST] = [6, 8, 2_000_000];
+const [FRAMES_PER_SECOND, STILL_FRAMES, MAX_BYTES] = [6, 8, 2_000_000];
 
 const station = new Station(process.env.MAGICIAN ?? join(root, "target/debug/magician"), ["--port", "sim:4"]);
 const browser = new Browser();
@@ -24,7 +24,7 @@ await station.call("world.scenario", { text: scenarios.find(({ name }) => name =
 const page = await browser.inControl(station.url, { viewport: { width: 1280, height: 860 }, colorScheme: "light" });
 const shot = () => page.screenshot({ path: join(folder, `${String(taken++).padStart(4, "0")}.png`) });
 const still = async () => {
-  for (let left = STILL; left > 0; left--) await shot();
+  for (let left = STILL_FRAMES; left > 0; left--) await shot();
 };
 await page.getByTestId("clear-alarms").click();
 await waitForState(page, "alarm", "false");
@@ -37,7 +37,7 @@ await page.getByTestId("run-start").click();
 await waitForState(page, "job", "running");
 while ((await page.evaluate(() => document.body.dataset.job)) === "running") {
   await shot();
-  await sleep(1000 / RATE / 2);
+  await sleep(1000 / FRAMES_PER_SECOND / 2);
 }
 await waitForState(page, "job", "done");
 await still();
@@ -48,20 +48,20 @@ await sleep(1000);
 await still();
 await browser.end();
 await station.end();
-const words = [
+const ffmpegArgs = [
   "-y",
   "-loglevel",
   "error",
   "-framerate",
-  String(RATE),
+  String(FRAMES_PER_SECOND),
   "-i",
   join(folder, "%04d.png"),
   "-vf",
   "scale=860:-1:flags=lanczos,split[a][b];[a]palettegen=max_colors=96:stats_mode=diff[p];[b][p]paletteuse=dither=none:diff_mode=rectangle",
   out,
 ];
-assert.equal(spawnSync("ffmpeg", words, { stdio: "inherit" }).status, 0, "ffmpeg makes the recording");
+assert.equal(spawnSync("ffmpeg", ffmpegArgs, { stdio: "inherit" }).status, 0, "ffmpeg makes the recording");
 rmSync(folder, { recursive: true });
 const { size } = statSync(out);
 console.log(`${out}: ${taken} pictures, ${size} bytes`);
-assert.ok(size < MOST, `${size} bytes of ${MOST}`);
+assert.ok(size < MAX_BYTES, `${size} bytes of ${MAX_BYTES}`);

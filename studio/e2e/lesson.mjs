@@ -186,7 +186,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       // A new code closes the page with the old one and tells its user.
       await teacher.getByTestId("class-renew-Ben").click();
       await teacher.getByTestId("confirm-yes").click();
-      await says(ben, "closed", "The station closed this page");
+      await says(ben, "closed", "Your code is not good any more");
       await look(ben, "closed-tablet");
       await ben.getByTestId("closed-signin").click();
       await ben.getByTestId("class-code").waitFor();
@@ -212,7 +212,7 @@ export function lesson(test, { browser, program, shots, At = Station }) {
       await teacher.getByTestId("class-end").click();
       await teacher.getByTestId("confirm-yes").click();
       await teacher.getByTestId("class-make").waitFor();
-      await says(ada, "closed", "The station closed this page");
+      await says(ada, "closed", "Your code is not good any more");
       await look(ada, "ended-phone");
     } finally {
       for (const context of browser.browser.contexts()) await context.close();

@@ -17,25 +17,25 @@ const listening = (server) => new Promise((done) => server.listen(0, "127.0.0.1"
  */
 class ObservedLine {
   stops = [];
-  asked = 0;
+  requestCount = 0;
 
   async start(arm) {
     this.server = createServer((station) => {
-      const far = createConnection(arm, "127.0.0.1");
+      const upstream = createConnection(arm, "127.0.0.1");
       let rest = Buffer.alloc(0);
-      for (const end of [station, far]) end.setNoDelay(true).on("error", () => {});
+      for (const end of [station, upstream]) end.setNoDelay(true).on("error", () => {});
       station.on("data", (data) => {
-        rest = this.look(Buffer.concat([rest, data]));
-        far.write(data);
+        rest = this.parse(Buffer.concat([rest, data]));
+        upstream.write(data);
       });
-      far.on("data", (data) => station.write(data));
-      station.on("close", () => far.destroy());
-      far.on("close", () => station.destroy());
+      upstream.on("data", (data) => station.write(data));
+      station.on("close", () => upstream.destroy());
+      upstream.on("close", () => station.destroy());
     });
     return listening(this.server);
   }
 
-  look(data) {
+  parse(data) {
     while (data.length >= 4) {
       if (data[0] !== 0xaa || data[1] !== 0xaa) {
         data = data.subarray(1);
@@ -44,7 +44,7 @@ class ObservedLine {
       const length = data[2] + 4;
       if (data.length < length) break;
       const [command, writes] = [data[3], (data[4] & 1) === 1];
-      this.asked++;
+      this.requestCount++;
       if (STOPS.includes(command) || (command === JOG && writes && data[6] === 0)) this.stops.push(now());
       data = data.subarray(length);
     }
@@ -52,8 +52,8 @@ class ObservedLine {
   }
 
   /** Time from an instant to the next stop, ms; Infinity without one. */
-  async stopAfter(when, patience = 3000) {
-    for (const ends = now() + patience; now() < ends; await new Promise((done) => setTimeout(done, 5))) {
+  async stopAfter(when, timeout = 3000) {
+    for (const ends = now() + timeout; now() < ends; await new Promise((done) => setTimeout(done, 5))) {
       const stop = this.stops.find((at) => at >= when);
       if (stop !== undefined) return stop - when;
     }
@@ -66,16 +66,16 @@ export class RealArmStation extends Station {
   line = new ObservedLine();
 
   /** `words` are further arguments of `magician serve`. */
-  constructor(program, words = []) {
-    super(program, words);
+  constructor(program, args = []) {
+    super(program, args);
   }
 
   async start(...more) {
     this.arm = spawn(this.program, ["sim", "--tcp", "127.0.0.1:0"], { stdio: ["ignore", "ignore", "pipe"] });
-    let said = "";
+    let output = "";
     const at = await new Promise((done) =>
       this.arm.stderr.on("data", (piece) => {
-        const port = (said += piece).match(/serving tcp:127\.0\.0\.1:(\d+)/)?.[1];
+        const port = (output += piece).match(/serving tcp:127\.0\.0\.1:(\d+)/)?.[1];
         if (port) done(Number(port));
       }),
     );
@@ -93,20 +93,20 @@ export class RealArmStation extends Station {
 /** Connection to a station that can be dropped, or can fall silent without notice. */
 export class CuttableLink {
   ends = [];
-  whole = true;
+  isOpen = true;
 
   async start() {
-    this.server = createServer((near) => {
-      const far = createConnection(this.to, "127.0.0.1");
+    this.server = createServer((downstream) => {
+      const upstream = createConnection(this.to, "127.0.0.1");
       for (const [one, other] of [
-        [near, far],
-        [far, near],
+        [downstream, upstream],
+        [upstream, downstream],
       ]) {
         one
           .setNoDelay(true)
           .on("error", () => {})
           .on("close", () => other.destroy());
-        one.on("data", (data) => this.whole && other.write(data));
+        one.on("data", (data) => this.isOpen && other.write(data));
         this.ends.push(one);
       }
     });

@@ -19,7 +19,7 @@ export const TYPES = {
   ".webmanifest": "application/manifest+json",
 };
 /** URL path of the page: a subfolder, as where it is published with the book. */
-const BELOW = "/book/studio/";
+const PAGE_PATH = "/book/studio/";
 /** Tests of the station's page that apply here unchanged. */
 export const SHARED_TESTS = [
   "a held button moves the arm until it is released",
@@ -44,7 +44,7 @@ export class Files {
     if (this.server?.listening) return;
     this.server = createServer((request, response) => {
       const { pathname } = new URL(request.url, "http://page");
-      const name = pathname.startsWith(BELOW) ? pathname.slice(BELOW.length) || "index.html" : "../nowhere";
+      const name = pathname.startsWith(PAGE_PATH) ? pathname.slice(PAGE_PATH.length) || "index.html" : "../nowhere";
       const path = join(this.folder, name);
       if (!existsSync(path) || name.includes("..")) return response.writeHead(404).end();
       response.writeHead(200, { "content-type": TYPES[extname(path)] ?? "text/plain" });
@@ -52,7 +52,7 @@ export class Files {
     });
     await new Promise((done) => this.server.listen(this.port ?? 0, "127.0.0.1", done));
     this.port = this.server.address().port;
-    this.url = `http://127.0.0.1:${this.port}${BELOW}`;
+    this.url = `http://127.0.0.1:${this.port}${PAGE_PATH}`;
   }
 
   /** Simulates another build, with another service worker and another title. */
@@ -303,16 +303,16 @@ export function onSim(tests, bench, folder) {
     await waitForState(page, "route", "run");
     return page;
   };
-  const give = async (page, from) => {
+  const openFile = async (page, from) => {
     await page.getByTestId("program-open").setInputFiles(typeof from === "string" ? sample(from) : from);
     const name = typeof from === "string" ? from : from.name;
     await page.locator(`[data-testid="program-${name}"][aria-selected=true]`).waitFor();
   };
-  const setup = async (page, name, text) => {
+  const setOption = async (page, name, text) => {
     await page.getByTestId(`setup-${name}`).fill(text);
     await page.getByTestId(`setup-${name}`).press("Tab");
   };
-  const good = async (page) => {
+  const waitForValidCheck = async (page) => {
     await page.getByText("The arm can do it").waitFor();
     await page.locator("[data-testid=run-preview][data-shown=true]").waitFor();
   };
@@ -335,10 +335,10 @@ export function onSim(tests, bench, folder) {
     await page.goto(`${files.url}?speed=20#/run`);
     await waitForState(page, "route", "run");
     for (const name of ["house.svg", "rabbit.svg"]) {
-      await give(page, name);
-      await setup(page, "at", "240 0");
+      await openFile(page, name);
+      await setOption(page, "at", "240 0");
       await page.getByTestId("setup-fit").check();
-      await good(page);
+      await waitForValidCheck(page);
       const before = (await sim.call("world.look")).drawing.length;
       await page.getByTestId("run-start").click();
       await waitForState(page, "job", "running");
@@ -350,7 +350,7 @@ export function onSim(tests, bench, folder) {
 
   test("files: a complaint about G-code is shown at its line", async () => {
     const page = await onRun();
-    await give(page, {
+    await openFile(page, {
       name: "far.nc",
       mimeType: "text/plain",
       buffer: Buffer.from("G21\nG90\nG0 X600 Y0 Z-50\nG1 X610 F1200\n"),
@@ -364,17 +364,17 @@ export function onSim(tests, bench, folder) {
 
   test("files: an image is traced, a plot and a drawing of CAD are checked", async () => {
     const page = await onRun();
-    await give(page, "engrave_gradient.png");
+    await openFile(page, "engrave_gradient.png");
     // A pen draws the outlines.
     await page.getByTestId("setup-tool").selectOption("pen");
-    await setup(page, "at", "240 0");
-    await setup(page, "width", "40");
-    await good(page);
+    await setOption(page, "at", "240 0");
+    await setOption(page, "width", "40");
+    await waitForValidCheck(page);
     for (const name of ["star.plt", "plate.dxf"]) {
-      await give(page, name);
-      await setup(page, "at", "240 0");
+      await openFile(page, name);
+      await setOption(page, "at", "240 0");
       await page.getByTestId("setup-fit").check();
-      await good(page);
+      await waitForValidCheck(page);
     }
     await closePage(page);
   });
@@ -384,7 +384,7 @@ export function onSim(tests, bench, folder) {
     let text = "G21 G90\nG0 Z10\nG0 X200 Y0\nG1 Z0 F3000\n";
     for (let line = 0; text.length < 14e6; line++)
       text += `X${(220 + 20 * Math.cos(line / 50)).toFixed(3)}Y${(20 * Math.sin(line / 50)).toFixed(3)}\n`;
-    await give(page, { name: "large.nc", mimeType: "text/plain", buffer: Buffer.from(text) });
+    await openFile(page, { name: "large.nc", mimeType: "text/plain", buffer: Buffer.from(text) });
     const { programs } = await sim.call("program.list");
     assert.ok(programs.some(({ name, bytes }) => name === "large.nc" && bytes === text.length));
     const check = sim.call("job.check", { program: "large.nc" });

@@ -36,7 +36,11 @@ export function teaching(test, { browser, station, closePage, shots }) {
     return station.until("a step", (state) => !state.moving && near(state[axis], to));
   };
   const cell = (page, axis, n) => page.getByLabel(`${axis} of point ${n}`, { exact: true });
-  const kept = (page) => page.evaluate(() => JSON.parse(localStorage.getItem("magician.teach")).taught.rows);
+  const kept = async (page) => {
+    // The page stores a change 0.3 s after the last one.
+    await page.waitForTimeout(600);
+    return page.evaluate(() => JSON.parse(localStorage.getItem("magician.teach")).taught.rows);
+  };
 
   test("points are captured, edited, moved, deleted, and all of it is undone", async () => {
     const page = await opened();

@@ -7,7 +7,7 @@ import { near } from "./bench.mjs";
 const SIZES = { phone: [390, 844], tablet: [1024, 768], desktop: [1440, 900] };
 
 /** Positions of the arm's points in the picture, px from its upper left corner, and its size. */
-async function seen(page, points) {
+async function project(page, points) {
   return page.getByTestId("view").evaluate((view, points) => {
     const camera = view.dataset.camera.split(",").map(Number);
     const at = ([x, y, z]) => {
@@ -34,13 +34,13 @@ async function waitForStillPicture(page) {
 }
 
 /** Waits until the picture meets a condition: on a busy machine a camera flight takes long. */
-async function shows(what, is) {
+async function waitUntil(what, is) {
   for (const ends = Date.now() + 15_000; !(await is()); await new Promise((over) => setTimeout(over, 200)))
     assert.ok(Date.now() < ends, what);
 }
 
 export function views(test, { browser, station, shots, closePage }) {
-  const begin = async (name) => {
+  const loadScenario = async (name) => {
     const { scenarios } = await station.call("world.scenarios");
     await station.call("world.scenario", { text: scenarios.find((one) => one.name === name)?.text ?? "" });
     await station.call("arm.clear_alarms");
@@ -49,7 +49,7 @@ export function views(test, { browser, station, shots, closePage }) {
   const cubes = async () => (await station.call("world.look")).objects.map(({ at }) => at);
 
   test("view: the first picture is from in front and shows what is on the table, at every size", async () => {
-    await begin("cubes");
+    await loadScenario("cubes");
     const things = [...(await cubes()), [-79, -79, -62], [-79, 79, -62], [340, 200, -60], [340, -200, -60]];
     for (const [size, [width, height]] of Object.entries(SIZES)) {
       const page = await browser.connected(`${station.url}#/move`, {
@@ -59,8 +59,8 @@ export function views(test, { browser, station, shots, closePage }) {
       await page.getByTestId("view-fit").waitFor();
       await waitForStillPicture(page);
       // The camera buttons cover none of the content.
-      await shows(`${size}: all is in the picture`, async () => {
-        const { at, width: wide, height: high } = await seen(page, things);
+      await waitUntil(`${size}: all is in the picture`, async () => {
+        const { at, width: wide, height: high } = await project(page, things);
         const [bar, view] = [
           await page.getByTestId("view-corner").boundingBox(),
           await page.getByTestId("view").boundingBox(),
@@ -70,7 +70,7 @@ export function views(test, { browser, station, shots, closePage }) {
       });
       // In front of the arm +y is to the right, and points in front of the arm are nearer to the
       // reader.
-      const { at } = await seen(page, [
+      const { at } = await project(page, [
         [250, -100, -60],
         [250, 100, -60],
         [0, 0, -60],
@@ -86,13 +86,13 @@ export function views(test, { browser, station, shots, closePage }) {
   });
 
   test("view: another scenario is framed again, unless the user has turned the picture; one press shows all", async () => {
-    await begin("drawing");
+    await loadScenario("drawing");
     const page = await browser.connected(`${station.url}#/move`);
     await page.getByTestId("view-fit").waitFor();
     await waitForStillPicture(page);
     const camera = () => page.getByTestId("view").getAttribute("data-camera");
     const first = await camera();
-    await begin("pick_and_sort");
+    await loadScenario("pick_and_sort");
     await page.waitForFunction((first) => document.querySelector("[data-testid=view]").dataset.camera !== first, first);
     await waitForStillPicture(page);
     // The user turns the picture.
@@ -104,7 +104,7 @@ export function views(test, { browser, station, shots, closePage }) {
     await page.locator("[data-testid=view-corner][aria-pressed=false]").waitFor();
     await waitForStillPicture(page);
     const turned = await camera();
-    await begin("cubes");
+    await loadScenario("cubes");
     await page.waitForTimeout(2500);
     await waitForStillPicture(page);
     // The new scenario must not move the camera. The tolerance allows for the damped end of the
@@ -116,7 +116,7 @@ export function views(test, { browser, station, shots, closePage }) {
     );
     const corners = [...(await cubes()), [340, 200, -60], [340, -200, -60]];
     const widest = async () => {
-      const { at, width, height } = await seen(page, corners);
+      const { at, width, height } = await project(page, corners);
       return Math.max(...at.map(([x, y]) => Math.max(Math.abs(x / width - 0.5), Math.abs(y / height - 0.5))));
     };
     const before = await widest();
@@ -124,18 +124,18 @@ export function views(test, { browser, station, shots, closePage }) {
       for (let presses = 0; presses < times; presses++) await page.getByRole("button", { name: `Zoom ${way}` }).click();
     };
     await zoom("in", 1);
-    await shows("is nearer", async () => (await widest()) > before * 1.1);
+    await waitUntil("is nearer", async () => (await widest()) > before * 1.1);
     await zoom("out", 3);
-    await shows("is farther", async () => (await widest()) < before);
+    await waitUntil("is farther", async () => (await widest()) < before);
     await zoom("in", 8);
-    await shows("is too near for all", async () => (await widest()) > 0.5);
+    await waitUntil("is too near for all", async () => (await widest()) > 0.5);
     await page.getByRole("button", { name: "Show all" }).click();
-    await shows("shows all", async () => (await widest()) <= 0.5);
+    await waitUntil("shows all", async () => (await widest()) <= 0.5);
     await page.context().close();
   });
 
   test("move: a pose is typed, refused with its reason, and gone to; nothing moves before Go", async () => {
-    await begin("cubes");
+    await loadScenario("cubes");
     const page = await browser.inControl(`${station.url}#/move`);
     const press = (name) => page.getByRole("button", { name, exact: true }).click();
     const field = (name) => page.getByRole("textbox", { name, exact: true });
@@ -183,7 +183,7 @@ export function views(test, { browser, station, shots, closePage }) {
   });
 
   test("move: a press on the table from above sets x and y, with and without WebGL", async () => {
-    await begin("cubes");
+    await loadScenario("cubes");
     for (const flat of [false, true]) {
       const init = () => {
         HTMLCanvasElement.prototype.getContext = () => null;
@@ -214,7 +214,7 @@ export function views(test, { browser, station, shots, closePage }) {
             const scale = one.width / 158;
             return [one.x - outer.x + one.width / 2 - 60 * scale, one.y - outer.y + one.height / 2 + 200 * scale];
           })
-        : (await seen(page, [[200, -60, -60]])).at[0];
+        : (await project(page, [[200, -60, -60]])).at[0];
       await view.click({ position: { x: place[0], y: place[1] } });
       await page.waitForFunction(() => Math.abs(document.querySelector("[data-testid=goto-x]").value - 200) < 2);
       assert.ok(near(Number(await page.getByTestId("goto-y").inputValue()), -60, 2), `${flat}`);
@@ -227,6 +227,6 @@ export function views(test, { browser, station, shots, closePage }) {
       await station.until("is there", (state) => near(state.x, 200, 2) && near(state.y, -60, 2) && near(state.z, 20));
       await closePage(page);
     }
-    await begin("");
+    await loadScenario("");
   });
 }

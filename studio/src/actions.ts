@@ -57,8 +57,8 @@ export function problemOf(error: unknown): Problem {
 }
 
 /**
- * Stops the shown arm, or all arms of the station as the button says, and ends what the page has
- * started. Never refused or confirmed first.
+ * Stops the shown arm, or all arms of the station if the button says so. Also ends the page's jog
+ * and closes an open question. Needs no lease and no confirmation.
  */
 export async function stop(all = stopsAll.value): Promise<void> {
   endJog("stopped");
@@ -84,8 +84,8 @@ export async function attempt(work: () => Promise<unknown>): Promise<void> {
 }
 
 /**
- * Asks for a name before control is taken, once per tab, if others see who has it: in a class, and
- * for an arm of another computer.
+ * Asks for the user's name before control is taken, once per tab, if other users see the holder's
+ * name: in a class, or at a station of another computer.
  */
 async function askForName(): Promise<void> {
   const isOwn = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
@@ -108,8 +108,8 @@ export const takeControl = () =>
     await askForName();
     if (store.lease.value === "other") {
       const name = store.holder.value?.name ?? "";
-      const sure = await store.ask(t("take.title", { name }), t("take.text", { name }), t("lease.take"));
-      if (!sure) return;
+      const isConfirmed = await store.ask(t("take.title", { name }), t("take.text", { name }), t("lease.take"));
+      if (!isConfirmed) return;
     }
     await takeLease();
   });
@@ -130,9 +130,9 @@ export const askForControl = () =>
   });
 export const answerControlRequest = (grant: boolean) =>
   attempt(async () => {
-    const asked = store.controlRequest.value;
+    const request = store.controlRequest.value;
     store.controlRequest.value = null;
-    if (asked !== null) await call("lease.answer", { ...shownArm(), session: asked.session, grant });
+    if (request !== null) await call("lease.answer", { ...shownArm(), session: request.session, grant });
   });
 
 export const isReal = () => store.arm.value?.virtual === false;
@@ -142,7 +142,7 @@ export const home = () =>
     if (isReal() && !(await store.ask(t("home.title"), t("home.text"), t("home")))) return;
     await withConfirmation(t("home"), homeShownArm);
   });
-/** Homes the shown arm; the page says so meanwhile. */
+/** Homes the shown arm. `store.homing` is the arm meanwhile. */
 export async function homeShownArm(yes: { yes?: boolean } = {}): Promise<void> {
   const { arm } = shownArm();
   store.homing.value = arm;
@@ -178,7 +178,7 @@ export function dangerQuestion(error: unknown): string | null {
 
 /** Runs `work`, and again with `yes` if the station calls it dangerous and the user agrees. */
 export async function withConfirmation(
-  what: string,
+  title: string,
   work: (yes: { yes?: boolean }) => Promise<unknown>,
 ): Promise<void> {
   try {
@@ -186,6 +186,6 @@ export async function withConfirmation(
   } catch (error) {
     const danger = dangerQuestion(error);
     if (danger === null) throw error;
-    if (await store.ask(what, danger, what)) await work({ yes: true });
+    if (await store.ask(title, danger, title)) await work({ yes: true });
   }
 }

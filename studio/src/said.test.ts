@@ -18,7 +18,7 @@ test("a sentence of the station is filled with its values", () => {
 });
 
 test("options have the page's names, and values that are sentences are translated", () => {
-  const before = names.option;
+  const originalOption = names.option;
   names.option = () => "Scale";
   const values = [
     { name: "name", option: "scale" },
@@ -28,7 +28,7 @@ test("options have the page's names, and values that are sentences are translate
   expect(sentence({ template: "{name} is {accepted}, not {value}", values })).toBe(
     "“Scale” is a number above 0, not 0",
   );
-  names.option = before;
+  names.option = originalOption;
 });
 
 test("a missing translation falls back to English", async () => {

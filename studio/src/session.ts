@@ -57,7 +57,7 @@ let retryTimer: ReturnType<typeof setTimeout> | undefined;
 let lastMessageAt = 0;
 let probedAt: number | null = null;
 
-export const notificationListeners = new Set<(...told: StationNotification) => void>();
+export const notificationListeners = new Set<(...notification: StationNotification) => void>();
 
 /** Address of a station's API from what a user types; null if it is not an address. */
 export function apiUrl(text: string): string | null {
@@ -98,8 +98,8 @@ export function signOut(): void {
 }
 
 /**
- * After this page has made a class: signs in with its PIN, unless the page has its own token,
- * so that it remains the teacher's page.
+ * Signs in with the PIN of the class that this page has just created, so that it remains the
+ * teacher's page. Does nothing if the page is signed in already.
  */
 export function keepTeaching(pin: string | null): void {
   if (address !== null && pin !== null && !address.token && !address.pupil) connect(address.url, pin);
@@ -111,8 +111,8 @@ export function takeBackSession(): void {
 }
 
 /**
- * Connects to a real arm at a port that the user chooses. While an arm is lost, chooses the port
- * where it is now.
+ * Connects to a real arm at a port that the user chooses. If the arm is lost, the connection
+ * continues at the chosen port.
  */
 export async function connectSerial(): Promise<void> {
   store.portFault.value = null;
@@ -129,9 +129,9 @@ export async function connectSerial(): Promise<void> {
   else connect(url, "");
 }
 
-function reportPortFault(why: NonNullable<typeof store.portFault.value>, more = ""): void {
+function reportPortFault(why: NonNullable<typeof store.portFault.value>, detail = ""): void {
   store.portFault.value = why;
-  log(`${t(`serial.${why}`)} ${more}`.trim());
+  log(`${t(`serial.${why}`)} ${detail}`.trim());
 }
 
 /** Connects to the virtual arm of the page. */
@@ -178,7 +178,7 @@ function forget(): void {
 function open(): void {
   if (address === null) return;
   clearTimeout(retryTimer);
-  // A port stays open under another session; `close` would stop its arm.
+  // The port stays open for the next session; `close` would stop the arm.
   if (store.backend.value === "serial") client?.fail();
   else client?.close();
   client ??= ensureClient();
@@ -202,16 +202,16 @@ function ensureClient(): Client {
   return client;
 }
 
-async function openSession(made: Client): Promise<void> {
+async function openSession(openedClient: Client): Promise<void> {
   const { token, pupil } = address ?? { token: "", pupil: "" };
   const name = ownName.value || t("settings.usualName");
   try {
-    const answer = await made.call("session.hello", {
+    const answer = await openedClient.call("session.hello", {
       client: { name, version: "studio" },
       ...(pupil ? { pupil: { name: pupil, code: token } } : isPin(token) ? { pin: token } : token ? { token } : {}),
       ...(resume ? { resume } : {}),
     });
-    const { arms } = await made.call("arm.list", {});
+    const { arms } = await openedClient.call("arm.list", {});
     const wasLost = store.socket.value === "lost";
     batch(() => {
       resume = answer.resume;
@@ -239,7 +239,7 @@ async function openSession(made: Client): Promise<void> {
       }),
     );
     await watchArm();
-    // In the page's own station no other user could grant control.
+    // The page's own station has no other users, so the page takes control at once.
     if (isSim && store.lease.value === "free") await takeLease();
   } catch (error) {
     // The handler of the closed connection reports why.
@@ -258,8 +258,8 @@ async function watchArm(): Promise<void> {
   store.subscription.value = null;
   leaseId = null;
   if (before !== null) void client.call("arm.unsubscribe", { subscription: before }).catch(() => {});
-  const made = await client.call("arm.subscribe", { arm, rate: STATE_RATE });
-  store.subscription.value = made.subscription;
+  const subscribed = await client.call("arm.subscribe", { arm, rate: STATE_RATE });
+  store.subscription.value = subscribed.subscription;
   const [{ jobs }] = await Promise.all([client.call("job.list", { arm }), readArm(arm)]);
   const last = jobs[jobs.length - 1] as Job | undefined;
   store.jobState.value = last?.state ?? "none";
@@ -312,9 +312,9 @@ function onConnectionLost(code: number): void {
   store.subscription.value = null;
   const final = { 4401: "token", 4403: "revoked", 4409: "taken", 4503: "full" } as const;
   const refused = final[code as keyof typeof final] ?? null;
-  const wasIn = store.socket.value === "up" || store.socket.value === "lost";
+  const wasConnected = store.socket.value === "up" || store.socket.value === "lost";
   // A wrong name, code or PIN is not retried and costs nothing: the page goes on as a viewer.
-  if (refused === "token" && !wasIn && address.token && store.signInFault.value !== null)
+  if (refused === "token" && !wasConnected && address.token && store.signInFault.value !== null)
     return connect(address.url, "");
   batch(() => {
     store.isRequestingControl.value = false;
@@ -322,7 +322,7 @@ function onConnectionLost(code: number): void {
     if (refused !== null) {
       store.refused.value = refused;
       store.socket.value = "closed";
-      store.lostSince.value = wasIn ? new Date() : null;
+      store.lostSince.value = wasConnected ? new Date() : null;
       forget();
       if (refused === "full") retryTimer = setTimeout(open, FULL_RETRY_DELAY * (1 + Math.random() / 2));
     } else {
@@ -369,20 +369,20 @@ function onPortLost(code: number): void {
 }
 
 function onNotification(method: string, params: Record<string, unknown>): void {
-  const ofShown = params.arm === store.armName.value;
+  const isOfShownArm = params.arm === store.armName.value;
   if (method === "arm.state") {
     if (params.subscription === store.subscription.value) applyState(params.state as Partial<State>);
   } else if (method === "lease.changed") {
     const holder = params.holder as Holder | null;
     store.arms.value = store.arms.value.map((arm) => (arm.name === params.arm ? { ...arm, holder } : arm));
-    if (ofShown && holder?.session !== store.session.value) {
+    if (isOfShownArm && holder?.session !== store.session.value) {
       leaseId = null;
       store.controlRequest.value = null;
     }
     const name = holder === null ? t("lease.nobody") : holder.name;
     log(t("log.holder", { arm: String(params.arm), name }));
   } else if (method === "lease.asked") {
-    if (ofShown) store.controlRequest.value = params as unknown as Holder & { message?: string };
+    if (isOfShownArm) store.controlRequest.value = params as unknown as Holder & { message?: string };
   } else if (method === "job.changed") {
     const job = params.job as Job;
     if (job.arm === store.armName.value) store.jobState.value = job.state;
@@ -390,10 +390,10 @@ function onNotification(method: string, params: Record<string, unknown>): void {
     onEvent(params);
   } else if (method === "session.changed") {
     // A class that begins or ends changes this page's role.
-    const own = (params.sessions as { session: string; role: string }[]).find(
+    const ownSession = (params.sessions as { session: string; role: string }[]).find(
       (one) => one.session === store.session.value,
     );
-    if (own !== undefined) store.role.value = own.role as typeof store.role.value;
+    if (ownSession !== undefined) store.role.value = ownSession.role as typeof store.role.value;
   } else if (method === "server.ending") {
     store.notify(t("link.ending"), true);
   }
@@ -406,8 +406,8 @@ function onEvent(event: Record<string, unknown>): void {
   const code = event.code;
   const known =
     code === store.SWITCHED_ON ? t("alarms.on") : store.alarms.value.find((alarm) => alarm.code === code)?.name;
-  const more = [code === undefined ? null : (known ?? `0x${Number(code).toString(16)}`), event.axis, event.why];
-  log([kind, ...more.filter((part) => typeof part === "string")].join(" "));
+  const details = [code === undefined ? null : (known ?? `0x${Number(code).toString(16)}`), event.axis, event.why];
+  log([kind, ...details.filter((part) => typeof part === "string")].join(" "));
 }
 
 function applyState(change: Partial<State>): void {
@@ -473,10 +473,10 @@ export function fileEndpoint(): { url: string; headers: Record<string, string> }
   return { url: `${protocol === "wss:" ? "https" : "http"}://${host}/api/v1/programs/`, headers };
 }
 
-/** Writes a program to the page's own station, or reads it; null if the station is a server's. */
+/** Function that writes or reads a program of the page's own station; null for another station. */
 export function localFile(): ((name: string, bytes?: ArrayBuffer) => Promise<ArrayBuffer>) | null {
-  const own = canTrace() && store.socket.value === "up" ? client : null;
-  return own && ((name, bytes) => own.file(name, bytes));
+  const localClient = canTrace() && store.socket.value === "up" ? client : null;
+  return localClient && ((name, bytes) => localClient.file(name, bytes));
 }
 
 /** Shown arm as a parameter of calls. */
@@ -528,8 +528,8 @@ setInterval(() => {
 }, 250);
 
 /**
- * Releases the connection while the page is hidden. `restoreConnection` resumes the same session if the station
- * still has it.
+ * Releases the connection while the page is hidden. `restoreConnection` resumes the same session if
+ * the station still has it.
  */
 export function releaseConnection(): void {
   client?.close();
@@ -552,9 +552,9 @@ document.addEventListener("visibilitychange", () => {
  * together, so the page blocks for this long.
  */
 const LAST_MESSAGE_TIME = 80;
-function postLast(order: ToWorker): void {
-  client?.post(order);
-  for (const ends = performance.now() + LAST_MESSAGE_TIME; performance.now() < ends; );
+function postLast(message: ToWorker): void {
+  client?.post(message);
+  for (const deadline = performance.now() + LAST_MESSAGE_TIME; performance.now() < deadline; );
 }
 /** Last message of a closing page to its station. */
 export const sendOnClose = (message: RpcMessage) => postLast({ kind: "send", message: { jsonrpc: "2.0", ...message } });

@@ -83,7 +83,7 @@ export function Palette({ bench, write }: { bench: Bench; write: () => void }) {
 function Row({ bench, item, isChosen }: { bench: Bench; item: Item; isChosen: boolean }) {
   const own = item.shape
     ? null
-    : bench.parts.value.find(({ isDrawn, of }) => isDrawn && of.some(({ id }) => id === item.id))?.color;
+    : bench.parts.value.find(({ isDrawn, targets }) => isDrawn && targets.some(({ id }) => id === item.id))?.color;
   const color = item.color ?? own ?? (bench.isComposed.value ? "#000000" : "var(--planned)");
   const [wide, high] = bench.sizeOf(item);
   return (

@@ -11,7 +11,7 @@ import texts from "./partslist.json";
 
 const w = sentencesOf(texts);
 
-const labelOf = (part: PartRow): string => part.name ?? part.color ?? String(part.of[0]?.n ?? "");
+const labelOf = (part: PartRow): string => part.name ?? part.color ?? String(part.targets[0]?.n ?? "");
 const Swatch = ({ of }: { of: PartRow }) => (
   <span class="swatch" style={{ background: of.color ?? "var(--planned)" }} />
 );

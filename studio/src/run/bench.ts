@@ -101,17 +101,17 @@ export class Bench extends Workshop {
   /** Object shrunk to fit beside the others: widths before and after, mm. */
   readonly shrunk = signal<{ id: number; from: number; to: number } | null>(null);
   /** Job started here, and the selection and options at its start. */
-  private readonly startedJob = signal<{ job: string; mark: string } | null>(null);
+  private readonly startedJob = signal<{ job: string; appearance: string } | null>(null);
   /** Stage of the shown objects: `drawing` while their job runs, `drawn` once it is done. */
   readonly stage = computed<"planned" | "drawing" | "drawn">(() => {
     const begun = this.startedJob.value;
     const job = begun === null ? undefined : jobs.jobs.value.find((one) => one.job === begun.job);
-    if (begun === null || job === undefined || begun.mark !== this.appearance()) return "planned";
+    if (begun === null || job === undefined || begun.appearance !== this.appearance()) return "planned";
     if (job.state === "done") return "drawn";
     return jobs.isActive(job) ? "drawing" : "planned";
   });
   protected override onJobStarted(job: string): void {
-    this.startedJob.value = { job, mark: this.appearance() };
+    this.startedJob.value = { job, appearance: this.appearance() };
   }
   /** Identifies the appearance of the objects. The division into parts and pen changes do not affect it. */
   private appearance(): string {
@@ -128,14 +128,14 @@ export class Bench extends Workshop {
     const work = tool === "pen" ? "draw" : "engrave";
     super({ tool, work });
     this.tool = tool;
-    const kept = storedWorkshop(work);
-    const left = kept.read();
-    if (left !== null) {
-      this.doc.amend(left.doc);
-      this.common.value = left.common;
-      this.nextId = Math.max(0, ...left.doc.items.map(({ id }) => id)) + 1;
+    const storage = storedWorkshop(work);
+    const restored = storage.read();
+    if (restored !== null) {
+      this.doc.amend(restored.doc);
+      this.common.value = restored.common;
+      this.nextId = Math.max(0, ...restored.doc.items.map(({ id }) => id)) + 1;
     }
-    effect(() => kept.write({ doc: this.doc.now.value, common: this.common.value }));
+    effect(() => storage.write({ doc: this.doc.now.value, common: this.common.value }));
   }
 
   /** True if the objects become one drawing. A single object is passed on as it is. */
@@ -198,10 +198,10 @@ export class Bench extends Workshop {
     partRows(this.doc.now.value.items, this.checkedObjects.value, this.isComposed.value ? this.report.value : null),
   );
   /** Switches a part on or off. All objects keep their places. */
-  setPartDrawn(row: PartRow, is: boolean): void {
+  setPartDrawn(row: PartRow, isOn: boolean): void {
     const now = this.doc.now.value;
     const items = now.items.map((item) => ({ ...item, place: this.placeOf(item) }));
-    this.doc.commit(withPartDrawn({ ...now, items }, this.checkedObjects.value, row, is, this.isComposed.value));
+    this.doc.commit(withPartDrawn({ ...now, items }, this.checkedObjects.value, row, isOn, this.isComposed.value));
   }
 
   /** Objects restored from storage get their options once the station is connected. */
@@ -534,19 +534,19 @@ export class Bench extends Workshop {
     const options = await this.optionsFor(item);
     const version = entryOf(item.source.program)?.modified ?? 0;
     if (store.arm.value?.virtual === true && world.value === null) await readWorld();
-    const around = [item.source, version, sheet.value, store.armName.value, corners()];
-    const key = JSON.stringify([around, options, item.place]);
+    const context = [item.source, version, sheet.value, store.armName.value, corners()];
+    const key = JSON.stringify([context, options, item.place]);
     // The division into parts does not affect the automatic place.
-    const { parts: _, no_pause: _pause, ...lies } = options;
-    const what = JSON.stringify([around, lies]);
+    const { parts: _, no_pause: _pause, ...placementSetup } = options;
+    const placementKey = JSON.stringify([context, placementSetup]);
     const known = this.checkedObjects.value.get(item.id);
     if (this.isComposed.value && known?.key === key) return known;
     let place = item.place;
     if (place === null) {
       const spot = this.spots.get(item.id);
-      if (spot?.key !== what) {
+      if (spot?.key !== placementKey) {
         const [natural, found] = await this.placeAutomatically(item, options, others);
-        this.spots.set(item.id, { key: what, place: found });
+        this.spots.set(item.id, { key: placementKey, place: found });
         if (found === null) return this.checkedObject(key, natural);
         place = found;
       } else place = spot.place;
@@ -563,13 +563,13 @@ export class Bench extends Workshop {
   private requestedSetup: Record<string, unknown> = {};
 
   /**
-   * Converts a report into a result, for the place `asked` if there is one. The middle is computed
+   * Converts a report into a result, for `requestedPlace` if there is one. The middle is computed
    * from the lines, because lines that fill a shape have another middle than its edges.
    */
-  private checkedObject(key: string, report: Report, asked: Place | null = null): CheckedObject {
+  private checkedObject(key: string, report: Report, requestedPlace: Place | null = null): CheckedObject {
     const { placed, preview } = report;
     if (placed === undefined) return { key, report, place: null, sides: [0, 0], middle: [0, 0] };
-    const place = asked ?? { at: placed.at, scale: placed.scale, turn: normalizedTurn(turnOf(placed.turn)) };
+    const place = requestedPlace ?? { at: placed.at, scale: placed.scale, turn: normalizedTurn(turnOf(placed.turn)) };
     return { key, report, place, ...boxOf(preview?.strokes ?? [], uprightRotation() + place.turn, place.at) };
   }
 
@@ -631,8 +631,8 @@ export class Bench extends Workshop {
 
   protected override async requestCheck(): Promise<Report | null> {
     const { items } = this.doc.now.value;
-    const mark = this.selectionKey();
-    const mine = this.checks;
+    const selection = this.selectionKey();
+    const checkNumber = this.checks;
     const alone =
       items.length > 1 && this.tool === "laser"
         ? items.find(({ format }) => UNCOMBINABLE_FORMATS.includes(format))
@@ -641,13 +641,13 @@ export class Bench extends Workshop {
     const found = new Map<number, CheckedObject>();
     if (items.every(({ place }) => place !== null)) this.isFull.value = false;
     for (const item of items) {
-      const lying = items.flatMap(({ id }) =>
+      const otherObjects = items.flatMap(({ id }) =>
         id === item.id ? [] : (found.get(id) ?? this.checkedObjects.value.get(id) ?? []),
       );
-      found.set(item.id, await this.checkObject(item, lying));
-      if (mine !== this.checks) return null;
+      found.set(item.id, await this.checkObject(item, otherObjects));
+      if (checkNumber !== this.checks) return null;
     }
-    this.checkedKey = mark;
+    this.checkedKey = selection;
     this.checkedObjects.value = found;
     const [only] = items;
     const of = only === undefined ? undefined : found.get(only.id);

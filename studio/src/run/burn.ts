@@ -2,7 +2,7 @@
 // resume of a job asks here.
 import { signal } from "@preact/signals";
 import type { Key } from "../i18n";
-import * as shelf from "../storage";
+import * as storage from "../storage";
 import * as store from "../store";
 
 /** True while the user has armed the laser. Arming is for one job. */
@@ -15,10 +15,10 @@ const MAX_JOBS = 60;
 const LASER_USES = ["burns", "frame", "dark"] as const;
 type LaserUse = (typeof LASER_USES)[number];
 const isPair = (value: unknown): boolean =>
-  shelf.isListOf(shelf.isText, 2)(value) && LASER_USES.includes((value as [string, LaserUse])[1]);
+  storage.isListOf(storage.isText, 2)(value) && LASER_USES.includes((value as [string, LaserUse])[1]);
 /** Jobs started by this page; survives a reload. */
 const laserUses = new Map<string, LaserUse>(
-  shelf.readStored("sessionStorage", STORAGE_KEY, shelf.isListOf(isPair)) ?? [],
+  storage.readStored("sessionStorage", STORAGE_KEY, storage.isListOf(isPair)) ?? [],
 );
 
 /** True if a job with this setup may burn. Without a tool in the setup the tool of the arm counts. */
@@ -28,10 +28,10 @@ export function mayBurn(setup: Readonly<Record<string, unknown>> | undefined): b
   return (typeof tool === "string" ? tool : store.state.value?.tool.name) === "laser";
 }
 
-/** Remembers the kind of a job. */
+/** Remembers how a job uses the laser. */
 export function rememberJob(job: string, setup: Readonly<Record<string, unknown>> | undefined): void {
   laserUses.set(job, mayBurn(setup) ? "burns" : setup?.frame === undefined ? "dark" : "frame");
-  shelf.writeStored("sessionStorage", STORAGE_KEY, [...laserUses].slice(-MAX_JOBS));
+  storage.writeStored("sessionStorage", STORAGE_KEY, [...laserUses].slice(-MAX_JOBS));
 }
 
 /** True if a job may burn. For jobs of other pages the tool of the arm decides. */

@@ -5,9 +5,9 @@ const SHAPE_ELEMENTS = ["path", "rect", "circle", "ellipse", "polygon"];
 const HIDDEN_ELEMENTS = ["defs", "clipPath", "mask", "symbol", "pattern", "marker", "filter"];
 const INVISIBLE_FILL = /^(?:none|transparent|white|#fff(?:fff)?|rgba\(.*,\s*0\))$/i;
 
-const attribute = (of: string, name: string): string | undefined =>
+const attribute = (attributes: string, name: string): string | undefined =>
   new RegExp(`(?:^|\\s)${name}\\s*=\\s*(?:"([^"]*)"|'([^']*)')`)
-    .exec(of)
+    .exec(attributes)
     ?.slice(1)
     .find((value) => value !== undefined);
 const fillOfStyle = (style: string): string | undefined => /(?:^|[;{\s])fill\s*:\s*([^;}]+)/.exec(style)?.[1]?.trim();
@@ -29,10 +29,10 @@ export function hasFills(svg: string): boolean {
   const styles = styleFills(svg);
   const plain = svg.replace(/<!--[\s\S]*?-->|<style[\s\S]*?<\/style>|<!\[CDATA\[[\s\S]*?\]\]>/g, "");
   const open: Array<{ fill: string; hidden: boolean }> = [{ fill: "black", hidden: false }];
-  for (const [, end, tag = "", attributes = "", alone] of plain.matchAll(
+  for (const [, closing, tag = "", attributes = "", selfClosing] of plain.matchAll(
     /<(\/?)([A-Za-z][\w:-]*)((?:"[^"]*"|'[^']*'|[^"'>])*?)(\/?)>/g,
   )) {
-    if (end === "/") {
+    if (closing === "/") {
       if (open.length > 1) open.pop();
       continue;
     }
@@ -47,7 +47,7 @@ export function hasFills(svg: string): boolean {
     const hidden = outer.hidden || HIDDEN_ELEMENTS.includes(tag) || attribute(attributes, "display") === "none";
     if (!hidden && SHAPE_ELEMENTS.includes(tag) && !INVISIBLE_FILL.test(fill.trim()) && isArea(tag, attributes))
       return true;
-    if (alone !== "/") open.push({ fill, hidden });
+    if (selfClosing !== "/") open.push({ fill, hidden });
   }
   return false;
 }

@@ -132,8 +132,8 @@ export function linesByColor({ parts, preview }: Report, color: string | null): 
   const colors = new Map(parts.map((part) => [part.n, part.color]));
   const all = new Map<string, Points[]>();
   for (const { part, points } of preview?.strokes ?? []) {
-    const of = color ?? (part === null ? null : colors.get(part)) ?? "#000000";
-    all.set(of, [...(all.get(of) ?? []), points]);
+    const colorKey = color ?? (part === null ? null : colors.get(part)) ?? "#000000";
+    all.set(colorKey, [...(all.get(colorKey) ?? []), points]);
   }
   return [...all].map(([color, strokes]) => ({ color, strokes }));
 }
@@ -146,7 +146,7 @@ export interface PartRow {
   seconds: number | null;
   isDrawn: boolean;
   /** Parts of objects that the row stands for; `n` is null for a whole object. */
-  of: ReadonlyArray<{ id: number; n: number | null }>;
+  targets: ReadonlyArray<{ id: number; n: number | null }>;
 }
 type Reports = ReadonlyMap<number, { report: Report }>;
 
@@ -154,18 +154,20 @@ const isDrawn = (item: Item, { n, skipped }: Report["parts"][number]): boolean =
   item.values.only ? item.values.only.split("\n").includes(String(n)) : !skipped;
 
 /**
- * Rows for the parts of all objects on the sheet, drawn or not. `together` is the check of all
- * objects as one drawing; null for a single object.
+ * Rows for the parts of all objects on the sheet, drawn or not. `compositionReport` is the check of
+ * all objects as one drawing; null for a single object.
  */
-export function partRows(items: readonly Item[], found: Reports, together: Report | null): PartRow[] {
+export function partRows(items: readonly Item[], reports: Reports, compositionReport: Report | null): PartRow[] {
   const drawn = drawnItems(items);
   const single = items.flatMap((item): PartRow[] => {
-    const parts = found.get(item.id)?.report.parts ?? [];
+    const parts = reports.get(item.id)?.report.parts ?? [];
     const isOn = drawn.includes(item);
-    if (together !== null && (item.color !== null || parts.length === 0)) {
+    if (compositionReport !== null && (item.color !== null || parts.length === 0)) {
       const color = item.color ?? "#000000";
       const length = parts.reduce((sum, { drawn_mm }) => sum + drawn_mm, 0);
-      return [{ name: null, color, drawn_mm: length, seconds: null, isDrawn: isOn, of: [{ id: item.id, n: null }] }];
+      return [
+        { name: null, color, drawn_mm: length, seconds: null, isDrawn: isOn, targets: [{ id: item.id, n: null }] },
+      ];
     }
     return parts.map((part) => ({
       name: part.name,
@@ -173,15 +175,15 @@ export function partRows(items: readonly Item[], found: Reports, together: Repor
       drawn_mm: part.drawn_mm,
       seconds: part.seconds,
       isDrawn: isOn && isDrawn(item, part),
-      of: [{ id: item.id, n: part.n }],
+      targets: [{ id: item.id, n: part.n }],
     }));
   });
-  if (together === null) return single;
+  if (compositionReport === null) return single;
   const rows = new Map<string, PartRow>();
   for (const one of single) {
     const color = one.color ?? "#000000";
     const row = rows.get(color);
-    const of = [...(row?.of ?? []), ...one.of];
+    const targets = [...(row?.targets ?? []), ...one.targets];
     const drawn_mm = one.drawn_mm + (row?.drawn_mm ?? 0);
     rows.set(color, {
       ...one,
@@ -190,26 +192,26 @@ export function partRows(items: readonly Item[], found: Reports, together: Repor
       seconds: null,
       isDrawn: one.isDrawn || row?.isDrawn === true,
       drawn_mm,
-      of,
+      targets,
     });
   }
   // Durations are known only for colours that are drawn.
   return [...rows.values()].map((row) => {
-    const part = row.isDrawn ? together.parts.find(({ color }) => color === row.color) : undefined;
+    const part = row.isDrawn ? compositionReport.parts.find(({ color }) => color === row.color) : undefined;
     return part === undefined ? row : { ...row, drawn_mm: part.drawn_mm, seconds: part.seconds };
   });
 }
 
 /** Switches the part of a row on or off in every object that has it. */
-export function withPartDrawn(doc: Doc, found: Reports, row: PartRow, is: boolean, isComposed: boolean): Doc {
+export function withPartDrawn(doc: Doc, reports: Reports, row: PartRow, isOn: boolean, isComposed: boolean): Doc {
   const drawn = drawnItems(doc.items);
   const items = doc.items.map((item) => {
-    const mine = row.of.filter(({ id }) => id === item.id).map(({ n }) => n);
+    const mine = row.targets.filter(({ id }) => id === item.id).map(({ n }) => n);
     if (mine.length === 0) return item;
-    if (mine.includes(null)) return { ...item, isOff: !is };
-    const parts = found.get(item.id)?.report.parts ?? [];
+    if (mine.includes(null)) return { ...item, isOff: !isOn };
+    const parts = reports.get(item.id)?.report.parts ?? [];
     const was = drawn.includes(item) ? parts.filter((part) => isDrawn(item, part)).map(({ n }) => n) : [];
-    const only = parts.map(({ n }) => n).filter((n) => (mine.includes(n) ? is : was.includes(n)));
+    const only = parts.map(({ n }) => n).filter((n) => (mine.includes(n) ? isOn : was.includes(n)));
     if (only.length === 0) return { ...item, isOff: true };
     const { only: _, ...values } = item.values;
     if (only.length === parts.length && parts.every(({ skipped }) => !skipped || item.values.only))

@@ -11,7 +11,7 @@ import * as jobs from "./jobs";
 import { clusters } from "./room";
 import { sheet } from "./surface";
 
-/** No pen reaches farther down than its tip, mm. */
+/** Largest height above the table at which a pen counts as touching it, mm. */
 const TOUCH_TOLERANCE = 1;
 
 /** Lines that jobs of this page have left on the paper of real arms, by arm. */
@@ -26,8 +26,8 @@ const isVirtual = () => store.arm.value?.virtual === true;
  */
 export const uprightRotation = (): number => sheet.value?.rotation ?? UPRIGHT;
 /**
- * Converts between the option `rotate` and the page's rotation, in which 0 is upright. A measured
- * sheet has its own rotation.
+ * Converts between the option `rotate` and the page's rotation, in which 0 is upright. With a
+ * measured sheet both are equal, because `rotate` is then relative to the sheet.
  */
 export const turnOf = (rotate: number): number => rotate - (sheet.value === null ? UPRIGHT : 0);
 export const rotateOf = (turn: number): number => turn + (sheet.value === null ? UPRIGHT : 0);
@@ -55,11 +55,11 @@ export const isBlank = (): boolean => strokes().length === 0;
 
 /** Adds lines of a job to the paper of a real arm. */
 function addLines(name: string, lines: readonly Points[], burnt: boolean): void {
-  const more = lines.map((points) => ({ points, burnt }));
-  drawnByJobs.value = new Map(drawnByJobs.peek()).set(name, [...(drawnByJobs.peek().get(name) ?? []), ...more]);
+  const added = lines.map((points) => ({ points, burnt }));
+  drawnByJobs.value = new Map(drawnByJobs.peek()).set(name, [...(drawnByJobs.peek().get(name) ?? []), ...added]);
 }
 
-/** Remembers what a job of this page draws, once it is done. */
+/** Records the lines of a job of this page on the paper when the job ends, unless it failed. */
 export async function recordWhenDone(
   bench: { report: { peek(): Report | null }; tool: string },
   started: Promise<string | null>,
@@ -70,8 +70,8 @@ export async function recordWhenDone(
   const lines = (report.preview?.strokes ?? []).map(({ points }) => points);
   const job = () => jobs.jobs.value.find((one) => one.job === id);
   await until(() => {
-    const now = job();
-    return now !== undefined && !jobs.isActive(now) && now.state !== "queued";
+    const current = job();
+    return current !== undefined && !jobs.isActive(current) && current.state !== "queued";
   });
   if (job()?.state !== "failed") addLines(name, lines, bench.tool === "laser");
 }
@@ -80,9 +80,9 @@ export async function recordWhenDone(
  * Height above the table at which a pen would draw, mm. Null if it draws on the table, on a real arm,
  * and for programs in arm coordinates, whose heights are chosen by their author.
  */
-export function heightAboveTable(report: Report | null, tool: string, around: typeof world.value): number | null {
-  const table = around?.table?.height;
-  if (table === undefined || around?.draws !== "pen" || tool !== "pen" || !isVirtual()) return null;
+export function heightAboveTable(report: Report | null, tool: string, virtualWorld: typeof world.value): number | null {
+  const table = virtualWorld?.table?.height;
+  if (table === undefined || virtualWorld?.draws !== "pen" || tool !== "pen" || !isVirtual()) return null;
   if (report?.placed === undefined) return null;
   const heights = (report.preview?.strokes ?? []).map(({ height }) => height);
   const above = Math.min(...heights) - table;
@@ -95,9 +95,9 @@ export function heightAboveTable(report: Report | null, tool: string, around: ty
  */
 export async function layNewSheet(): Promise<boolean> {
   if (!isVirtual()) {
-    const rest = new Map(drawnByJobs.value);
-    rest.delete(shownArmName());
-    drawnByJobs.value = rest;
+    const remaining = new Map(drawnByJobs.value);
+    remaining.delete(shownArmName());
+    drawnByJobs.value = remaining;
     return true;
   }
   try {

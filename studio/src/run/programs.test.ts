@@ -13,14 +13,14 @@ vi.mock("../session", () => ({
   fileEndpoint: () => null,
   localFile: () => null,
 }));
-const { base64, storeUnused: bring, linesAt, libraryName: nameOf, unusedName: unused } = await import("./programs");
+const { base64, storeUnused, linesAt, libraryName, unusedName } = await import("./programs");
 beforeEach(() => shelf.clear());
 
 test("a file name is converted to a valid library name", () => {
-  expect(nameOf("Häuser 2.svg")).toBe("Hauser 2.svg");
-  expect(nameOf("../../etc/passwd")).toBe("_.._etc_passwd");
-  expect(nameOf("")).toBe("program");
-  const long = nameOf(`${"a".repeat(300)}.gcode`);
+  expect(libraryName("Häuser 2.svg")).toBe("Hauser 2.svg");
+  expect(libraryName("../../etc/passwd")).toBe("_.._etc_passwd");
+  expect(libraryName("")).toBe("program");
+  const long = libraryName(`${"a".repeat(300)}.gcode`);
   expect(long).toHaveLength(80);
   expect(long.endsWith(".gcode")).toBe(true);
 });
@@ -57,20 +57,20 @@ test("names in non-Latin scripts stay distinct", () => {
     "plan 1 文.svg",
     "Straße.svg",
   ];
-  const names = files.map(nameOf);
+  const names = files.map(libraryName);
   expect(new Set(names).size).toBe(files.length);
   for (const name of names) expect(name).toMatch(/^[A-Za-z0-9][A-Za-z0-9._ -]{0,75}-[0-9a-z]{4}\.svg$/);
-  expect(nameOf("日本語.svg")).toBe(nameOf("日本語.svg"));
-  expect(nameOf(`${"中".repeat(300)}.svg`).length).toBeLessThanOrEqual(80);
-  expect(nameOf("中")).toMatch(/^program-....$/);
+  expect(libraryName("日本語.svg")).toBe(libraryName("日本語.svg"));
+  expect(libraryName(`${"中".repeat(300)}.svg`).length).toBeLessThanOrEqual(80);
+  expect(libraryName("中")).toMatch(/^program-....$/);
 });
 
 test("files that come with the page replace no program", async () => {
   const mine = btoa("mine");
   shelf.set("star.plt", { data: mine, modified: 1 });
-  expect(await bring("star.plt", new Blob(["IN;"]))).toBe("star 2.plt");
+  expect(await storeUnused("star.plt", new Blob(["IN;"]))).toBe("star 2.plt");
   expect(shelf.get("star.plt")?.data).toBe(mine);
-  expect(await bring("star 2.plt", new Blob(["IN;"]))).toBe("star 2.plt");
-  expect(await unused("star.plt")).toBe("star 3.plt");
-  expect(await unused("other.plt")).toBe("other.plt");
+  expect(await storeUnused("star 2.plt", new Blob(["IN;"]))).toBe("star 2.plt");
+  expect(await unusedName("star.plt")).toBe("star 3.plt");
+  expect(await unusedName("other.plt")).toBe("other.plt");
 });

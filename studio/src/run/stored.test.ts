@@ -1,29 +1,29 @@
 import { beforeEach, expect, test, vi } from "vitest";
 
-let leaving: Array<() => void> = [];
-const listens = globalThis.addEventListener;
+let pagehideListeners: Array<() => void> = [];
+const addListener = globalThis.addEventListener;
 globalThis.addEventListener = ((kind: string, listener: () => void) =>
-  kind === "pagehide" ? void leaving.push(listener) : listens(kind, listener)) as typeof addEventListener;
-/** The workshops of a page that has just been opened, or loaded again. */
-async function opened() {
-  for (const leave of leaving) leave();
-  leaving = [];
+  kind === "pagehide" ? void pagehideListeners.push(listener) : addListener(kind, listener)) as typeof addEventListener;
+/** Opens or reloads the page, and returns its workshops. */
+async function reloadPage() {
+  for (const listener of pagehideListeners) listener();
+  pagehideListeners = [];
   vi.resetModules();
   return (await import("./bench")).benches;
 }
 beforeEach(() => {
   vi.useFakeTimers();
   vi.clearAllTimers();
-  leaving = [];
+  pagehideListeners = [];
   localStorage.clear();
   sessionStorage.clear();
 });
 
 test("each workshop restores its objects after a reload", async () => {
-  const before = await opened();
+  const before = await reloadPage();
   before.pen.addText("Hello");
   before.pen.addShape("star", "Star");
-  const after = await opened();
+  const after = await reloadPage();
   expect(after.pen.doc.now.value.items.map(({ name }) => name)).toEqual(["Hello", "Star"]);
   expect(after.laser.doc.now.value.items).toEqual([]);
   expect(after.pen.doc.canUndo.value).toBe(false);
@@ -38,7 +38,7 @@ test.each([
   '{"doc":',
 ])("a damaged sheet is set aside: %s", async (text) => {
   localStorage.setItem("magician.draw", text);
-  const { pen } = await opened();
+  const { pen } = await reloadPage();
   expect(pen.doc.now.value.items).toEqual([]);
   expect(localStorage.getItem("magician.draw.damaged")).toBe(text);
 });

@@ -152,6 +152,7 @@ export const play = (what: "all" | "from" | "one") =>
 /** Times at which this page saved programs. It may replace those without a question if nobody has changed them since. */
 const savedTimes = new Map<string, number>();
 const savedAt = (name: string) => library.programs.value.find((one) => one.name === name)?.modified;
+const noteSaved = (name: string): void => void savedTimes.set(name, savedAt(name) ?? 0);
 const fileName = () => library.libraryName(program.taught.value.title || w("teach.untitled"));
 
 /** Saves the program in the library, where `#/run` lists it, and downloads it as a file. */
@@ -168,16 +169,17 @@ export const save = () =>
     await library.readLibrary();
     for (const one of kept) if (savedTimes.get(one) !== savedAt(one) && !(await library.confirmReplace(one))) return;
     await library.storeProgram(name, new Blob([text]), true);
+    noteSaved(name);
     if (format.value === "plan") {
       download(name, text);
     } else {
       const { lost } = await call("program.convert", { name, to });
       await library.readLibrary();
+      noteSaved(to);
       const entry = library.programs.value.find((one) => one.name === to);
       if (entry) download(to, await library.fetchProgram(entry));
       if (lost.length > 0) store.notify(w("teach.lost", { what: lost.join("; ") }), true);
     }
-    for (const one of kept) savedTimes.set(one, savedAt(one) ?? 0);
     if (program.rows.value === rows) program.markSaved();
     store.notify(w("teach.saved", { name }));
   });

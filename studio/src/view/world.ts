@@ -16,13 +16,16 @@ export const drawn = signal<{ svg: string; strokes: Stroke[] }>({ svg: "", strok
 /** True if the arm has no world that can be read. */
 export const hasNoWorld = signal(false);
 
-/** Polling interval, ms: for the world panel, for others, and while an object is carried. */
+/**
+ * Polling interval, ms: for the world panel, for other panels, and while the arm moves in a world
+ * with objects.
+ */
 const POLL_INTERVALS = { own: 250, other: 1000, moving: 100 };
 /** Limit of drawn coordinates, mm. */
 const MAX_COORDINATE = 420;
 let watchers = 0;
 let timer: ReturnType<typeof setTimeout> | undefined;
-let worldOf: string | null = null;
+let worldArm: string | null = null;
 
 /** Polls the world until the returned function is called. */
 export function watchWorld(): () => void {
@@ -36,12 +39,12 @@ export function watchWorld(): () => void {
 export async function readWorld(): Promise<void> {
   clearTimeout(timer);
   const { arm } = shownArm();
-  if (worldOf !== arm) forget(arm);
+  if (worldArm !== arm) forget(arm);
   if (store.socket.value === "up" && store.arm.value?.virtual === true && !hasNoWorld.value && !document.hidden) {
     try {
       const mark = world.value?.mark;
-      const seen = await call("world.look", { arm, ...(mark === undefined ? {} : { mark }) });
-      if (arm === store.armName.value) applyWorld(seen);
+      const latest = await call("world.look", { arm, ...(mark === undefined ? {} : { mark }) });
+      if (arm === store.armName.value) applyWorld(latest);
     } catch (error) {
       hasNoWorld.value = (error as { data?: { kind?: string } }).data?.kind === "unsupported";
     }
@@ -66,15 +69,15 @@ export async function loadScenario(text: string, homes = true): Promise<string[]
   const wasHomed = store.isHomed.value === true;
   const { objects } = await call("world.scenario", { ...shownArm(), text });
   // The measured table and paper belong to the former world.
-  const { forgetIfMeasured: leave } = await import("../run/surface");
-  await leave();
+  const { forgetIfMeasured } = await import("../run/surface");
+  await forgetIfMeasured();
   void readWorld();
   if (homes && wasHomed && (await until(() => store.isHomed.value === false, HOMING_REPORT_TIME)))
     void attempt(homeShownArm);
   return objects;
 }
 
-/** The same for a built-in scenario. Returns false if there is no scenario of this name. */
+/** Loads a built-in scenario in the same way. Returns false if the name is unknown. */
 export async function loadBuiltIn(name: string, homes = true): Promise<boolean> {
   const { scenarios } = await call("world.scenarios", shownArm());
   const found = scenarios.find((one) => one.name === name);
@@ -85,15 +88,15 @@ export async function loadBuiltIn(name: string, homes = true): Promise<boolean> 
 }
 
 function forget(arm: string): void {
-  worldOf = arm;
+  worldArm = arm;
   world.value = null;
   hasNoWorld.value = false;
   drawn.value = { svg: "", strokes: [] };
 }
 
-function applyWorld(seen: World): void {
-  if (seen.strokes !== null) drawn.value = { svg: seen.drawing ?? "", strokes: seen.strokes };
-  if (JSON.stringify(seen) !== JSON.stringify(world.value)) world.value = seen;
+function applyWorld(latest: World): void {
+  if (latest.strokes !== null) drawn.value = { svg: latest.drawing ?? "", strokes: latest.strokes };
+  if (JSON.stringify(latest) !== JSON.stringify(world.value)) world.value = latest;
 }
 
 /** Darkness of a stroke, in steps of a tenth. A burnt stroke's depends on its power. */
@@ -144,9 +147,9 @@ effect(() => {
   if (belt === null) return show("belt", []);
   const [x = 0, y = 0] = belt.start;
   const turn = (belt.direction * Math.PI) / 180;
-  const along = (by: number, aside: number) => [
-    x + by * Math.cos(turn) - aside * Math.sin(turn),
-    y + by * Math.sin(turn) + aside * Math.cos(turn),
+  const along = (distance: number, offset: number) => [
+    x + distance * Math.cos(turn) - offset * Math.sin(turn),
+    y + distance * Math.sin(turn) + offset * Math.cos(turn),
     belt.height + 0.5,
   ];
   const marks: Lines[] = [];
@@ -158,7 +161,7 @@ effect(() => {
     });
   }
   const floor = world.value?.table?.height ?? USUAL_TABLE;
-  // The belt and its two legs.
+  // Box with its length along the belt: for the belt and its two legs.
   const slab = (middle: number, length: number, width: number, low: number, high: number) => {
     const at = [...along(middle, 0).slice(0, 2), low];
     return { at, size: [length, width, high - low], turn: belt.direction, color: "--belt" };

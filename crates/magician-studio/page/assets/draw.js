@@ -1,1 +1,1 @@
-import{Ar as e}from"./shell.js";import{n as t,t as n}from"./sheet.js";import{t as r}from"./preact.js";var i=()=>r(n,{bench:t.pen,name:e(`nav.draw`),hint:e(`draw.empty`),first:[`passes`,`speed`]});export{i as Draw};
+import{jr as e}from"./shell.js";import{n as t,t as n}from"./sheet.js";import{t as r}from"./preact.js";var i=()=>r(n,{bench:t.pen,name:e(`nav.draw`),hint:e(`draw.empty`),first:[`passes`,`speed`]});export{i as Draw};
