@@ -9,7 +9,7 @@ use crate::svg::{Svg, segments};
 const EDGE_COLOR: &str = "#8a5a00";
 /// Distance of hatch lines, mm on the sheet.
 const HATCH_SPACING: f64 = 2.0;
-/// Largest number of hatch lines. Beyond it they are drawn farther apart.
+/// Largest number of hatch lines. In a box that needs more, the lines are farther apart.
 const MAX_HATCH_LINES: f64 = 200.0;
 
 /// Extends the view to the whole box, so that a path that leaves it is visible.
@@ -68,21 +68,21 @@ pub(super) fn draw_keep_out(svg: &mut Svg, corners: [[f64; 2]; 2]) {
 fn hatch_lines([a, b]: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
     let (left, right) = (a[0].min(b[0]), a[0].max(b[0]));
     let (top, bottom) = (a[1].min(b[1]), a[1].max(b[1]));
-    let most = (right - left) + (bottom - top);
-    let apart = HATCH_SPACING.max(most / MAX_HATCH_LINES);
-    let count = if most.is_finite() {
-        (most / apart) as u32
+    let length = (right - left) + (bottom - top);
+    let spacing = HATCH_SPACING.max(length / MAX_HATCH_LINES);
+    let count = if length.is_finite() {
+        (length / spacing) as u32
     } else {
         0
     };
     let lines = (1..=count).map(|nth| {
-        // The line x + y = constant, offset from the upper left corner.
-        let by = f64::from(nth) * apart;
-        let over = (by - (bottom - top)).max(0.0);
-        let under = (by - (right - left)).max(0.0);
+        // Points with x + y = `offset`, both counted from the upper left corner.
+        let offset = f64::from(nth) * spacing;
+        let past_bottom = (offset - (bottom - top)).max(0.0);
+        let past_right = (offset - (right - left)).max(0.0);
         [
-            [left + over, top + (by - over)],
-            [left + (by - under), top + under],
+            [left + past_bottom, top + (offset - past_bottom)],
+            [left + (offset - past_right), top + past_right],
         ]
     });
     lines.collect()

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use crate::svg::palette::{BURNT, CARRIED, DRAWN, EMPTY, PAPER, UNREACHABLE};
 use crate::svg::{Number, Svg};
 
-/// Number of vertices from which travel is drawn solid and thin instead of dashed. Many dashes, or
+/// Number of vertices above which travel is drawn solid and thin instead of dashed. Many dashes, or
 /// dashes between the lines of an engraving, look like a cloud.
 const SOLID_FROM_VERTICES: usize = 600;
 
@@ -39,9 +39,9 @@ pub(super) fn draw(
     for layer in layers {
         let data = data(layer);
         let (colour, width, opacity, dashes) = style_of(layer.mark, path_style);
-        let many = burns || layer.above.len() > SOLID_FROM_VERTICES;
+        let has_many_lines = burns || layer.above.len() > SOLID_FROM_VERTICES;
         let is_travel = layer.mark == StrokeKind::Nothing && path_style == PathStyle::Plan;
-        let crowded = is_travel && many;
+        let crowded = is_travel && has_many_lines;
         let (width, opacity) = if crowded {
             (0.1, 0.3)
         } else {
@@ -49,14 +49,14 @@ pub(super) fn draw(
         };
         let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
         if layer.mark == StrokeKind::Unreachable {
-            casing(svg, &data);
+            draw_casing(svg, &data);
         }
         let mut attributes = vec![
-            ("class", class(layer.mark)),
+            ("class", css_class(layer.mark)),
             ("fill", "none"),
             ("stroke", &*colour),
             ("stroke-width", &width),
-            ("stroke-linecap", cap(layer.mark)),
+            ("stroke-linecap", line_cap(layer.mark)),
             ("stroke-linejoin", "round"),
         ];
         if opacity != "1" {
@@ -69,8 +69,8 @@ pub(super) fn draw(
     }
 }
 
-/// Overlapping round caps would be darker where the power changes.
-fn cap(mark: StrokeKind) -> &'static str {
+/// Line cap. Burns have none: where the power changes, overlapping round caps would be darker.
+fn line_cap(mark: StrokeKind) -> &'static str {
     match mark {
         StrokeKind::Burn(_) => "butt",
         _ => "round",
@@ -95,7 +95,7 @@ pub(super) fn style_of(
 }
 
 /// CSS class by which programs find the layer.
-fn class(mark: StrokeKind) -> &'static str {
+fn css_class(mark: StrokeKind) -> &'static str {
     match mark {
         StrokeKind::Nothing | StrokeKind::Carried => "travel",
         StrokeKind::Ink(_) => "drawn",
@@ -105,7 +105,7 @@ fn class(mark: StrokeKind) -> &'static str {
 }
 
 /// Draws a white casing, so that the dashes are visible on anything.
-pub(super) fn casing(svg: &mut Svg, data: &str) {
+pub(super) fn draw_casing(svg: &mut Svg, data: &str) {
     let look = [
         ("fill", "none"),
         ("stroke", PAPER),

@@ -67,7 +67,7 @@ pub fn fitting<E>(
     for _ in 0..MAX_HALVINGS {
         match draw(scale) {
             Err(error) if too_large(&error) => scale /= 2.0,
-            made => return made,
+            result => return result,
         }
     }
     draw(scale)
@@ -102,9 +102,9 @@ pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
     if !(pixels_per_mm > 0.0 && pixels_per_mm.is_finite()) {
         return Err(PictureError::Scale(pixels_per_mm));
     }
-    let wrong = |why: String| PictureError::Drawing(why);
-    let tree =
-        usvg::Tree::from_str(svg, &svg_options()).map_err(|error| wrong(error.to_string()))?;
+    let drawing_error = |why: String| PictureError::Drawing(why);
+    let tree = usvg::Tree::from_str(svg, &svg_options())
+        .map_err(|error| drawing_error(error.to_string()))?;
     let scale = pixels_per_mm / UNITS_PER_MM;
     let size = [tree.size().width(), tree.size().height()];
     let size = size.map(|side| (f64::from(side) * scale).ceil());
@@ -122,7 +122,7 @@ pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
     );
     pixels
         .encode_png()
-        .map_err(|error| wrong(error.to_string()))
+        .map_err(|error| drawing_error(error.to_string()))
 }
 
 #[cfg(test)]
@@ -132,9 +132,9 @@ mod tests {
 
     #[test]
     fn oversize_picture_is_reduced() {
-        let most = |most: f64| {
+        let limited_to = |max_scale: f64| {
             move |scale: f64| {
-                if scale > most {
+                if scale > max_scale {
                     Err("large")
                 } else {
                     Ok(scale.to_string().into_bytes())
@@ -142,10 +142,10 @@ mod tests {
             }
         };
         let large = |error: &&str| *error == "large";
-        assert_eq!(fitting(8.0, large, most(8.0)).unwrap(), b"8");
-        assert_eq!(fitting(8.0, large, most(3.0)).unwrap(), b"2");
-        assert_eq!(fitting(8.0, large, most(0.5)).unwrap(), b"0.5");
-        assert_eq!(fitting(8.0, large, most(0.4)), Err("large"));
+        assert_eq!(fitting(8.0, large, limited_to(8.0)).unwrap(), b"8");
+        assert_eq!(fitting(8.0, large, limited_to(3.0)).unwrap(), b"2");
+        assert_eq!(fitting(8.0, large, limited_to(0.5)).unwrap(), b"0.5");
+        assert_eq!(fitting(8.0, large, limited_to(0.4)), Err("large"));
         assert_eq!(fitting(8.0, large, |_| Err("other")), Err("other"));
     }
 

@@ -24,14 +24,15 @@ pub(super) fn png(source: &Picture, drawn: &Picture, tolerance: f64) -> Vec<u8> 
         LINE_WIDTHS.map(|width| (width * source.frame().pixels_per_mm() / 2.0) as i64);
     let to_source = distance::transform(source);
     let to_drawn = distance::transform(drawn);
-    let mut paint = |picture: &Picture, field: &[f32], far: bool, half: i64, colour| {
-        let places = picture.inked().iter().zip(field).enumerate();
-        for (at, (_, distance)) in places.filter(|(_, (inked, _))| **inked) {
-            if (f64::from(*distance) > tolerance) == far {
-                dot(&mut image, at, half, colour);
+    let mut paint =
+        |picture: &Picture, field: &[f32], beyond_tolerance: bool, radius: i64, colour| {
+            let pixels = picture.inked().iter().zip(field).enumerate();
+            for (at, (_, distance)) in pixels.filter(|(_, (inked, _))| **inked) {
+                if (f64::from(*distance) > tolerance) == beyond_tolerance {
+                    dot(&mut image, at, radius, colour);
+                }
             }
-        }
-    };
+        };
     paint(source, &to_drawn, false, thick, SOURCE_COLOR);
     paint(drawn, &to_source, false, thin, DRAWN_COLOR);
     paint(source, &to_drawn, true, thick, MISSING_COLOR);
@@ -66,13 +67,13 @@ impl Image {
 }
 
 /// Draws a round dot at a pixel. Pictures start with the lowest row, images with the highest.
-fn dot(image: &mut Image, at: usize, half: i64, colour: [u8; 3]) {
+fn dot(image: &mut Image, at: usize, radius: i64, colour: [u8; 3]) {
     let [width, height] = image.size.map(|side| side as i64);
     let (column, row) = ((at as i64) % width.max(1), (at as i64) / width.max(1));
-    for dy in -half..=half {
-        for dx in -half..=half {
+    for dy in -radius..=radius {
+        for dx in -radius..=radius {
             let (x, y) = (column + dx, height - 1 - row - dy);
-            let round = dx * dx + dy * dy <= half * half;
+            let round = dx * dx + dy * dy <= radius * radius;
             if round && (0..width).contains(&x) && (0..height).contains(&y) {
                 image.put(x as usize, y as usize, colour);
             }

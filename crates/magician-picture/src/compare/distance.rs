@@ -3,8 +3,8 @@
 
 use super::Picture;
 
-/// Returns the distance of each pixel from the nearest inked one, mm, rows from the bottom. If
-/// nothing is inked, the length of the diagonal.
+/// Returns the distance of each pixel from the nearest inked one, mm, row by row from the bottom.
+/// If no pixel is inked, all distances are the length of the diagonal.
 pub(super) fn transform(picture: &Picture) -> Vec<f32> {
     let [width, height] = picture.frame().size();
     let columns = column_distances(picture.inked(), [width, height]);
@@ -13,9 +13,9 @@ pub(super) fn transform(picture: &Picture) -> Vec<f32> {
     let mut field = Vec::with_capacity(columns.len());
     let mut envelope = Envelope::default();
     for row in columns.chunks(width.max(1)) {
-        envelope.of(row);
-        for squared in envelope.along(row) {
-            let pixels = (squared as f64).sqrt().min(farthest);
+        envelope.rebuild(row);
+        for squared_distance in envelope.along(row) {
+            let pixels = (squared_distance as f64).sqrt().min(farthest);
             field.push((pixels / per_mm) as f32);
         }
     }
@@ -53,26 +53,26 @@ struct Envelope {
 }
 
 impl Envelope {
-    fn of(&mut self, row: &[u32]) {
+    fn rebuild(&mut self, row: &[u32]) {
         self.parts.clear();
         for (middle, height) in row.iter().enumerate() {
             let (middle, height) = (middle as i64, i64::from(*height));
-            let mut begins = 0;
-            while let Some((other, begun)) = self.parts.last().copied() {
-                let low = i64::from(row.get(other as usize).copied().unwrap_or(0));
+            let mut start = 0;
+            while let Some((other, other_start)) = self.parts.last().copied() {
+                let other_height = i64::from(row.get(other as usize).copied().unwrap_or(0));
                 let value =
                     |at: i64, middle: i64, height: i64| (at - middle).pow(2) + height.pow(2);
-                if value(begun, other, low) > value(begun, middle, height) {
+                if value(other_start, other, other_height) > value(other_start, middle, height) {
                     self.parts.pop();
                     continue;
                 }
                 // Position from which the new parabola is lower.
-                let twice = middle.pow(2) - other.pow(2) + height.pow(2) - low.pow(2);
-                begins = twice.div_euclid(2 * (middle - other)) + 1;
+                let numerator = middle.pow(2) - other.pow(2) + height.pow(2) - other_height.pow(2);
+                start = numerator.div_euclid(2 * (middle - other)) + 1;
                 break;
             }
-            if begins < row.len() as i64 {
-                self.parts.push((middle, begins));
+            if start < row.len() as i64 {
+                self.parts.push((middle, start));
             }
         }
     }
@@ -84,7 +84,7 @@ impl Envelope {
             while self
                 .parts
                 .get(part + 1)
-                .is_some_and(|(_, begins)| *begins <= at)
+                .is_some_and(|(_, start)| *start <= at)
             {
                 part += 1;
             }
@@ -114,12 +114,12 @@ mod tests {
             .filter(|at| picture.inked()[*at])
             .collect();
         for (at, distance) in transform(&picture).into_iter().enumerate() {
-            let apart = |other: &usize| {
+            let distance_to = |other: &usize| {
                 let [dx, dy] = [at % width, at / width].map(|value| value as f64);
                 let [x, y] = [other % width, other / width].map(|value| value as f64);
                 libm::hypot(dx - x, dy - y) / 5.0
             };
-            let nearest = inked.iter().map(apart).fold(f64::MAX, f64::min);
+            let nearest = inked.iter().map(distance_to).fold(f64::MAX, f64::min);
             assert!((f64::from(distance) - nearest).abs() < 1e-5, "{at}");
         }
     }

@@ -1,9 +1,10 @@
-//! Comparison of what an arm has left with what it was meant to leave.
+//! Comparison of the marks that an arm has left with those that it was meant to leave.
 //!
-//! Lines are compared by their centre lines, regardless of width ([`compare`](fn@compare)): both
-//! are rasterised, and for each inked pixel of one the distance to the nearest of the other is
-//! measured. What a laser has burnt is compared with an image by darkness, cell by cell
-//! ([`Tones`]). The same input gives the same figures on every machine.
+//! Drawn lines are compared with those of the source by their centre lines, regardless of width
+//! ([`compare`](fn@compare)): both are rasterised, and the distance of each inked pixel of one
+//! picture from the nearest inked pixel of the other is measured. Burns of a laser are compared
+//! with an image by darkness, cell by cell ([`Tones`]). The same input gives the same figures on
+//! every machine.
 
 mod difference;
 mod distance;
@@ -36,14 +37,15 @@ pub struct Match {
     pub worst_missing: f64,
     /// Largest distance of a point of the drawing from the source, mm.
     pub worst_extra: f64,
-    /// Mean distance of points of either from the other, mm.
+    /// Mean distance, mm, of all points of source and drawing from the nearest point of the other.
     pub mean: f64,
     /// Width of a pixel, mm.
     pub pixel: f64,
 }
 
 impl Match {
-    /// Hausdorff distance, mm: the largest distance of a point of either from the other.
+    /// Hausdorff distance, mm: the larger of [`worst_missing`](Self::worst_missing) and
+    /// [`worst_extra`](Self::worst_extra).
     #[must_use]
     pub fn worst(&self) -> f64 {
         self.worst_missing.max(self.worst_extra)
@@ -62,7 +64,7 @@ pub struct Comparison {
     source: Picture,
     drawn: Picture,
     tolerance: f64,
-    /// Figures.
+    /// Shares and distances found.
     pub matched: Match,
 }
 
@@ -79,13 +81,13 @@ impl Comparison {
         let pixel = 1.0 / source.frame().pixels_per_mm();
         let missing = Distances::between(&source, &drawn, tolerance);
         let extra = Distances::between(&drawn, &source, tolerance);
-        let places = (missing.places + extra.places).max(1) as f64;
+        let pixels = (missing.pixels + extra.pixels).max(1) as f64;
         let matched = Match {
             missing_share: missing.share(),
             extra_share: extra.share(),
             worst_missing: missing.worst,
             worst_extra: extra.worst,
-            mean: (missing.sum + extra.sum) / places,
+            mean: (missing.sum + extra.sum) / pixels,
             pixel,
         };
         Self {
@@ -106,33 +108,33 @@ impl Comparison {
 
 /// Distances of the points of one picture from the other.
 struct Distances {
-    places: usize,
+    pixels: usize,
     beyond: usize,
     sum: f64,
     worst: f64,
 }
 
 impl Distances {
-    fn between(of: &Picture, to: &Picture, tolerance: f64) -> Self {
-        let mut found = Self {
-            places: 0,
+    fn between(from: &Picture, to: &Picture, tolerance: f64) -> Self {
+        let mut distances = Self {
+            pixels: 0,
             beyond: 0,
             sum: 0.0,
             worst: 0.0,
         };
         let field = distance::transform(to);
-        let inked = of.inked().iter().zip(&field).filter(|(inked, _)| **inked);
+        let inked = from.inked().iter().zip(&field).filter(|(inked, _)| **inked);
         for distance in inked.map(|(_, distance)| f64::from(*distance)) {
-            found.places += 1;
-            found.beyond += usize::from(distance > tolerance);
-            found.sum += distance;
-            found.worst = found.worst.max(distance);
+            distances.pixels += 1;
+            distances.beyond += usize::from(distance > tolerance);
+            distances.sum += distance;
+            distances.worst = distances.worst.max(distance);
         }
-        found
+        distances
     }
 
     fn share(&self) -> f64 {
-        self.beyond as f64 / self.places.max(1) as f64
+        self.beyond as f64 / self.pixels.max(1) as f64
     }
 }
 

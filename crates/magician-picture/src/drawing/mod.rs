@@ -1,4 +1,4 @@
-//! Pictures of what pen and laser left, in true size.
+//! Pictures of the marks that pen and laser left, in true size.
 
 #[cfg(feature = "png")]
 mod png;
@@ -12,9 +12,9 @@ pub use png::drawing_png;
 use crate::svg::palette::{BURNT, DRAWN, EDGE};
 use crate::svg::{Fine, Svg, fine_path};
 
-/// Width of the pen's line, mm. A choice without a source (G): pens differ.
+/// Width of the pen's line, mm. Assumed without a source (G): pens differ.
 const INK_WIDTH: f64 = 0.5;
-/// Width of the laser's line, mm. A choice without a source (G): it depends on focus and material.
+/// Width of the laser's line, mm. Assumed without a source (G): it depends on focus and material.
 const BURN_WIDTH: f64 = 0.2;
 /// Margin, mm.
 const MARGIN: f64 = 5.0;
@@ -25,7 +25,7 @@ const BASE_MARK_RADIUS: f64 = 3.0;
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct DrawingOptions {
-    /// Corners of the sheet in the arm's x and y, mm. If given, the picture shows all of it.
+    /// Corners of the sheet in the arm's x and y, mm. If given, the picture shows the whole sheet.
     pub sheet: Option<Vec<[f64; 2]>>,
     /// True if the picture extends to the arm's base.
     pub whole: bool,
@@ -49,9 +49,9 @@ impl DrawingOptions {
 
 /// Returns the picture of a drawing as SVG, seen from above.
 ///
-/// X goes to the right and Y up, one unit is a millimetre, and it prints in true size with a
-/// margin. Burnt lines are darker with more power. The picture can include the sheet, and the arm's
-/// base axis as a circle with a cross.
+/// X goes to the right and Y up, and one unit is a millimetre. The picture has a margin and prints
+/// in true size. Burnt lines are darker with more power. The picture can include the sheet, and the
+/// arm's base axis as a circle with a cross.
 ///
 /// ```
 /// use magician_picture::{DrawingOptions, drawing_svg};
@@ -64,28 +64,28 @@ impl DrawingOptions {
 /// ```
 #[must_use]
 pub fn drawing_svg(drawing: &Drawing, options: &DrawingOptions) -> String {
-    let [[left, bottom], [right, top]] = frame(drawing, options);
+    let [[left, bottom], [right, top]] = shown_part(drawing, options);
     let mut svg = Svg::true_size([left, -top], [right - left, top - bottom]);
     if let Some(corners) = &options.sheet {
         let data = data(corners) + "Z";
-        let look = [
+        let attributes = [
             ("class", "sheet"),
             ("d", data.as_str()),
             ("fill", "none"),
             ("stroke", EDGE),
             ("stroke-width", "0.3"),
         ];
-        svg.leaf("path", &look);
+        svg.leaf("path", &attributes);
     }
     if shows_base(drawing, options) {
-        mark(&mut svg);
+        draw_base_mark(&mut svg);
     }
-    let look = [
+    let attributes = [
         ("fill", "none"),
         ("stroke-linecap", "round"),
         ("stroke-linejoin", "round"),
     ];
-    svg.group("g", &look);
+    svg.group("g", &attributes);
     svg.line_feed();
     let [ink, burn] = [INK_WIDTH, BURN_WIDTH].map(|width| Fine(width).to_string());
     for stroke in drawing.strokes() {
@@ -96,15 +96,15 @@ pub fn drawing_svg(drawing: &Drawing, options: &DrawingOptions) -> String {
             }
             StrokeKind::Burn => {
                 let power = Fine(stroke.power / 100.0).to_string();
-                let mut look = vec![
+                let mut attributes = vec![
                     ("stroke", BURNT),
                     ("stroke-width", burn.as_str()),
                     ("stroke-opacity", &power),
                 ];
                 if !has_round_ends(stroke) {
-                    look.push(("stroke-linecap", "butt"));
+                    attributes.push(("stroke-linecap", "butt"));
                 }
-                svg.path(&data, &look);
+                svg.path(&data, &attributes);
             }
         }
     }
@@ -116,13 +116,13 @@ fn shows_base(drawing: &Drawing, options: &DrawingOptions) -> bool {
     options.whole || (drawing.bounds().is_none() && options.sheet.is_none())
 }
 
-/// Part of the plane shown, including the margin: to the right, and up.
-fn frame(drawing: &Drawing, options: &DrawingOptions) -> [[f64; 2]; 2] {
+/// Lower left and upper right corner of the part of the plane that is shown, mm, with the margin.
+fn shown_part(drawing: &Drawing, options: &DrawingOptions) -> [[f64; 2]; 2] {
     let drawn = drawing.bounds().into_iter().flatten();
     let sheet = options.sheet.iter().flatten().copied();
     let base = [[-BASE_MARK_RADIUS; 2], [BASE_MARK_RADIUS; 2]].into_iter();
     let base = base.filter(|_| shows_base(drawing, options));
-    let shown = drawn.chain(sheet).chain(base).map(seen);
+    let shown = drawn.chain(sheet).chain(base).map(project);
     let shown = shown.fold([[f64::MAX; 2], [f64::MIN; 2]], |[low, high], [x, y]| {
         [
             [low[0].min(x), low[1].min(y)],
@@ -143,30 +143,30 @@ fn has_round_ends(stroke: &Stroke) -> bool {
 }
 
 /// Projects a point of the ground to the picture.
-fn seen(place: [f64; 2]) -> [f64; 2] {
+fn project(place: [f64; 2]) -> [f64; 2] {
     TopView::PAPER.project(place)
 }
 
 /// Marks the axis of the base with a circle and a cross.
-fn mark(svg: &mut Svg) {
-    let look = [("stroke", EDGE), ("stroke-width", "0.3")];
+fn draw_base_mark(svg: &mut Svg) {
+    let attributes = [("stroke", EDGE), ("stroke-width", "0.3")];
     svg.path(
         &format!(
             "M-{BASE_MARK_RADIUS} 0H{BASE_MARK_RADIUS}M0 -{BASE_MARK_RADIUS}V{BASE_MARK_RADIUS}"
         ),
-        &look,
+        &attributes,
     );
     let radius = Fine(BASE_MARK_RADIUS).to_string();
-    let look = [("r", radius.as_str()), ("fill", "none")]
+    let attributes = [("r", radius.as_str()), ("fill", "none")]
         .into_iter()
-        .chain(look);
-    svg.leaf("circle", &look.collect::<Vec<_>>());
+        .chain(attributes);
+    svg.leaf("circle", &attributes.collect::<Vec<_>>());
 }
 
 /// Returns path data through points of the ground, y down.
 fn data(points: &[[f64; 2]]) -> String {
     fine_path(points.iter().map(|point| {
-        let [x, y] = seen(*point);
+        let [x, y] = project(*point);
         [x, -y]
     }))
 }

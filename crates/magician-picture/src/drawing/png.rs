@@ -6,7 +6,7 @@ use resvg::tiny_skia::{
 };
 
 use super::{
-    BASE_MARK_RADIUS, BURN_WIDTH, DrawingOptions, INK_WIDTH, frame, has_round_ends, seen,
+    BASE_MARK_RADIUS, BURN_WIDTH, DrawingOptions, INK_WIDTH, has_round_ends, project, shown_part,
     shows_base,
 };
 use crate::png::{MAX_PIXELS, PictureError};
@@ -25,7 +25,7 @@ pub fn drawing_png(
     if !(pixels_per_mm > 0.0 && pixels_per_mm.is_finite()) {
         return Err(PictureError::Scale(pixels_per_mm));
     }
-    let [[left, bottom], [right, top]] = frame(drawing, options);
+    let [[left, bottom], [right, top]] = shown_part(drawing, options);
     let pixels = |mm: f64| (mm * pixels_per_mm).round().max(1.0);
     let [width, height] = [right - left, top - bottom].map(pixels);
     let size = PictureError::Size([width, height]);
@@ -35,7 +35,7 @@ pub fn drawing_png(
     let mut picture = Pixmap::new(width as u32, height as u32).ok_or(size)?;
     picture.fill(Color::WHITE);
     let scale = pixels_per_mm as f32;
-    let onto = Transform::from_row(
+    let to_pixels = Transform::from_row(
         scale,
         0.0,
         0.0,
@@ -44,36 +44,36 @@ pub fn drawing_png(
         (top * pixels_per_mm) as f32,
     );
     let sheet = options.sheet.as_deref().and_then(outline);
-    let base = mark().filter(|_| shows_base(drawing, options));
+    let base = base_mark().filter(|_| shows_base(drawing, options));
     for path in sheet.iter().chain(&base) {
         let grey = [153, 153, 153, 255];
-        line(&mut picture, path, grey, 0.3, LineCap::Round, onto);
+        line(&mut picture, path, grey, 0.3, LineCap::Round, to_pixels);
     }
     for stroke in drawing.strokes() {
-        draw(&mut picture, stroke, onto);
+        draw(&mut picture, stroke, to_pixels);
     }
     picture
         .encode_png()
         .map_err(|error| PictureError::Drawing(error.to_string()))
 }
 
-fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
+fn draw(picture: &mut Pixmap, stroke: &Stroke, to_pixels: Transform) {
     let (color, width) = match stroke.kind {
         StrokeKind::Ink => ([26, 26, 26, 255], INK_WIDTH),
         // A cast from float saturates.
         StrokeKind::Burn => ([74, 37, 8, (stroke.power * 2.55) as u8], BURN_WIDTH),
     };
     if let [point] = stroke.points.as_slice() {
-        let [x, y] = seen(*point).map(|value| value as f32);
+        let [x, y] = project(*point).map(|value| value as f32);
         if let Some(dot) = PathBuilder::from_circle(x, y, width as f32 / 2.0) {
             let paint = paint(color);
-            picture.fill_path(&dot, &paint, FillRule::Winding, onto, None);
+            picture.fill_path(&dot, &paint, FillRule::Winding, to_pixels, None);
         }
         return;
     }
     let mut path = PathBuilder::new();
     for (nth, point) in stroke.points.iter().enumerate() {
-        let [x, y] = seen(*point).map(|value| value as f32);
+        let [x, y] = project(*point).map(|value| value as f32);
         if nth == 0 {
             path.move_to(x, y);
         } else {
@@ -81,12 +81,12 @@ fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
         }
     }
     if let Some(path) = path.finish() {
-        let ends = if has_round_ends(stroke) {
+        let cap = if has_round_ends(stroke) {
             LineCap::Round
         } else {
             LineCap::Butt
         };
-        line(picture, &path, color, width, ends, onto);
+        line(picture, &path, color, width, cap, to_pixels);
     }
 }
 
@@ -94,7 +94,7 @@ fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
 fn outline(corners: &[[f64; 2]]) -> Option<Path> {
     let mut path = PathBuilder::new();
     for (nth, corner) in corners.iter().enumerate() {
-        let [x, y] = seen(*corner).map(|value| value as f32);
+        let [x, y] = project(*corner).map(|value| value as f32);
         match nth {
             0 => path.move_to(x, y),
             _ => path.line_to(x, y),
@@ -104,7 +104,7 @@ fn outline(corners: &[[f64; 2]]) -> Option<Path> {
     path.finish()
 }
 
-fn mark() -> Option<Path> {
+fn base_mark() -> Option<Path> {
     let radius = BASE_MARK_RADIUS as f32;
     let mut path = PathBuilder::new();
     path.push_circle(0.0, 0.0, radius);
@@ -120,16 +120,16 @@ fn line(
     path: &Path,
     color: [u8; 4],
     width: f64,
-    ends: LineCap,
-    onto: Transform,
+    cap: LineCap,
+    to_pixels: Transform,
 ) {
     let stroke = tiny_skia::Stroke {
         width: width as f32,
-        line_cap: ends,
+        line_cap: cap,
         line_join: LineJoin::Round,
         ..tiny_skia::Stroke::default()
     };
-    picture.stroke_path(path, &paint(color), &stroke, onto, None);
+    picture.stroke_path(path, &paint(color), &stroke, to_pixels, None);
 }
 
 fn paint([red, green, blue, opacity]: [u8; 4]) -> Paint<'static> {

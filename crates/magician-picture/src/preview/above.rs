@@ -91,10 +91,10 @@ pub(super) fn kinds(toolpath: &Toolpath) -> Vec<MarkerKind> {
     kinds
 }
 
-/// True if any layer with a kind of strokes that `sort` accepts is not empty.
-pub(super) fn has(toolpath: &Toolpath, sort: impl Fn(StrokeKind) -> bool) -> bool {
+/// True if any layer with a kind of strokes that `accepts` accepts is not empty.
+pub(super) fn has(toolpath: &Toolpath, accepts: impl Fn(StrokeKind) -> bool) -> bool {
     toolpath
         .layers
         .iter()
-        .any(|layer| sort(layer.mark) && !layer.above.is_empty())
+        .any(|layer| accepts(layer.mark) && !layer.above.is_empty())
 }

@@ -48,16 +48,16 @@ fn facts(plan: &Plan, report: &Report, toolpath: &Toolpath) -> Vec<String> {
         let [x, y] = [high[0] - low[0], high[1] - low[1]];
         facts.push(format!("{x:.1} × {y:.1} mm"));
     }
-    let (left, other) = match toolpath.purpose {
+    let (drawn_label, other_label) = match toolpath.purpose {
         PlanPurpose::Draws(_) => ("drawn", "pen up"),
         PlanPurpose::Burns(_) => ("burnt", "dark"),
         PlanPurpose::Carries(_) => ("drawn", "travelled"),
     };
     if toolpath.drawn > 0.0 {
-        facts.push(format!("{} {left}", length(toolpath.drawn)));
+        facts.push(format!("{} {drawn_label}", length(toolpath.drawn)));
     }
     if toolpath.other > 0.0 {
-        facts.push(format!("{} {other}", length(toolpath.other)));
+        facts.push(format!("{} {other_label}", length(toolpath.other)));
     }
     facts.extend(report.time.map(time));
     facts.push(match plan.steps.len() {
@@ -96,10 +96,10 @@ mod tests {
 
     #[test]
     fn times_and_lengths_are_short() {
-        let told = |seconds| time(Duration::from_millis(seconds));
-        assert_eq!(told(21_740), "21.7 s");
-        assert_eq!(told(185_400), "3 min 05 s");
-        assert_eq!(told(7_830_000), "2 h 10 min");
+        let formatted = |ms| time(Duration::from_millis(ms));
+        assert_eq!(formatted(21_740), "21.7 s");
+        assert_eq!(formatted(185_400), "3 min 05 s");
+        assert_eq!(formatted(7_830_000), "2 h 10 min");
         assert_eq!([length(463.2), length(12_345.0)], ["463 mm", "12.3 m"]);
     }
 }

@@ -31,22 +31,22 @@ pub(super) fn legend(
 fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
     let mut entries = vec![];
     let burns = has(toolpath, |mark| matches!(mark, StrokeKind::Burn(_)));
-    let mut lines = |mark, label: &str| {
+    let mut add_line = |mark, label: &str| {
         if has(toolpath, |other| other == mark) {
             entries.push((Sign::Line(mark, PathStyle::Plan), label.to_owned()));
         }
     };
     let inks = toolpath.layers.iter().map(|layer| layer.mark);
     let inks = inks.filter(|mark| matches!(mark, StrokeKind::Ink(_)));
-    inks.take(MAX_COLORS).for_each(|ink| lines(ink, "drawn"));
-    lines(StrokeKind::Carried, "with something held");
-    let nothing = match toolpath.purpose {
+    inks.take(MAX_COLORS).for_each(|ink| add_line(ink, "drawn"));
+    add_line(StrokeKind::Carried, "with something held");
+    let empty_label = match toolpath.purpose {
         PlanPurpose::Draws(_) => "pen up",
         PlanPurpose::Burns(_) => "laser dark",
         PlanPurpose::Carries(_) => "with nothing held",
     };
-    lines(StrokeKind::Nothing, nothing);
-    lines(StrokeKind::Unreachable, "out of reach");
+    add_line(StrokeKind::Nothing, empty_label);
+    add_line(StrokeKind::Unreachable, "out of reach");
     if burns {
         entries.insert(0, (Sign::Shades, "burnt, 10 to 100 % power".to_owned()));
     }
@@ -88,11 +88,12 @@ fn entries_of_fence(fence: Option<&Fence>) -> Vec<(Sign, String)> {
     entries
 }
 
-/// Returns the refused steps as sentences, and the number of further ones.
+/// Returns a line for each refused step. If there are too many, the last line has the number of the
+/// steps left out.
 fn refused_steps(report: &Report) -> Vec<String> {
     let first = report.refused_steps.iter().take(MAX_MARKED_REFUSALS);
     let more = report.refused.saturating_sub(first.len());
-    let told = first.map(|refused_step| {
+    let lines = first.map(|refused_step| {
         let (step, diagnostic) = (
             report.number(refused_step.step),
             Diagnostic::from(refused_step),
@@ -100,5 +101,5 @@ fn refused_steps(report: &Report) -> Vec<String> {
         format!("step {step}: {diagnostic}")
     });
     let more = (more > 0).then(|| format!("and {more} more"));
-    told.chain(more).collect()
+    lines.chain(more).collect()
 }

@@ -20,7 +20,7 @@ use crate::panel::{MARGIN, TICK_SPACE};
 use crate::svg::palette::{CARRIED, FAINT, INK, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, signed};
 
-/// Scale.
+/// Scale of both views, 1 : 4.
 const SCALE: f64 = 0.25;
 /// Part of the ground shown from above, mm.
 const ABOVE_PART: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
@@ -87,7 +87,7 @@ struct Body {
 enum BodyState {
     Stands,
     Held,
-    /// Put there by a run.
+    /// Moved to its place by a run.
     Moved,
 }
 
@@ -142,7 +142,7 @@ impl Body {
         })
     }
 
-    /// Two opposite corners from the side, at its distance from the base axis.
+    /// Two opposite corners from the side: distance from the base axis, and z.
     fn side_corners(&self) -> [[f64; 2]; 2] {
         let [x, y, z, _] = self.place;
         let [length, width, height] = self.size;
@@ -161,7 +161,7 @@ impl Belt {
             (self.length, half),
             (0.0, half),
         ];
-        corners.map(|(along, aside)| self.at(along, aside))
+        corners.map(|(along, offset)| self.at(along, offset))
     }
 
     /// Two opposite corners from the side, between its smallest and largest distance from the base
@@ -170,7 +170,7 @@ impl Belt {
         let half = self.width / 2.0;
         let points = (0..=24).flat_map(|nth| {
             let along = self.length * f64::from(nth) / 24.0;
-            [-half, 0.0, half].map(|aside| self.at(along, aside))
+            [-half, 0.0, half].map(|offset| self.at(along, offset))
         });
         let [near, far] = points.fold([f64::MAX, 0.0_f64], |[near, far], [x, y]| {
             [near.min(libm::hypot(x, y)), far.max(libm::hypot(x, y))]
@@ -178,9 +178,10 @@ impl Belt {
         [[near, self.height], [far, self.height - PLATE_THICKNESS]]
     }
 
-    /// Returns the point at a distance along it and a distance to its left.
-    fn at(&self, along: f64, aside: f64) -> [f64; 2] {
-        let [x, y] = turned([along, aside], self.direction);
+    /// Returns the point at a distance along the belt and a distance to the left of its middle
+    /// line.
+    fn at(&self, along: f64, offset: f64) -> [f64; 2] {
+        let [x, y] = turned([along, offset], self.direction);
         [self.start[0] + x, self.start[1] + y]
     }
 }
@@ -195,8 +196,8 @@ impl Snapshot {
     /// Draws a virtual arm in its true pose, and its world, at this instant.
     #[must_use]
     pub fn of_world(arm: &Controller) -> Self {
-        let (view, around) = Self::view_of(arm);
-        Self::draw_views(&view, &around)
+        let (view, surroundings) = Self::view_of(arm);
+        Self::draw_views(&view, &surroundings)
     }
 
     /// Draws an arm after a run, with the path of its tool and the objects it moved.
@@ -241,7 +242,7 @@ impl Snapshot {
                 },
             }
         });
-        let around = Surroundings {
+        let surroundings = Surroundings {
             table: scenario
                 .and_then(|scenario| scenario.table())
                 .map(|table| (table.height, [table.x, table.y])),
@@ -263,7 +264,7 @@ impl Snapshot {
                 .collect(),
             drawing: arm.drawing(),
         };
-        (view, around)
+        (view, surroundings)
     }
 
     /// Returns the SVG.
@@ -272,24 +273,30 @@ impl Snapshot {
         &self.svg
     }
 
-    fn draw_views(view: &ArmView, around: &Surroundings) -> Self {
+    fn draw_views(view: &ArmView, surroundings: &Surroundings) -> Self {
         let [left, top] = [MARGIN + TICK_SPACE[0], MARGIN + HEAD_HEIGHT];
         let size = |part: [[f64; 2]; 2]| [0, 1].map(|axis| (part[1][axis] - part[0][axis]) * SCALE);
-        let beside = left + size(ABOVE_PART)[0] + MARGIN + TICK_SPACE[0];
-        let width = beside + size(SIDE_PART)[0] + MARGIN;
+        let side_view_left = left + size(ABOVE_PART)[0] + MARGIN + TICK_SPACE[0];
+        let width = side_view_left + size(SIDE_PART)[0] + MARGIN;
         let height = top + size(ABOVE_PART)[1] + TICK_SPACE[1] + MARGIN;
         let mut svg = Svg::page([width, height], "mm", &view.title);
         let arm = Geometry::magician(view.tool);
         let pose = arm.forward(&view.joints);
-        head(&mut svg, left, view, &pose);
-        above::draw(&mut svg, [left, top], &arm, &view.joints, around);
-        side::draw(&mut svg, [beside, top], &arm, &view.joints, around);
+        draw_header(&mut svg, left, view, &pose);
+        above::draw(&mut svg, [left, top], &arm, &view.joints, surroundings);
+        side::draw(
+            &mut svg,
+            [side_view_left, top],
+            &arm,
+            &view.joints,
+            surroundings,
+        );
         Self { svg: svg.finish() }
     }
 }
 
 /// Draws title, pose and further facts.
-fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
+fn draw_header(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
     let title = TextStyle {
         size: 5.2,
         colour: INK,
@@ -303,17 +310,17 @@ fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
         ..title
     };
     let tenth = |value: f64| signed((value * 10.0).round() / 10.0);
-    let named = |names: [&str; 4], values: [f64; 4]| {
+    let labelled = |names: [&str; 4], values: [f64; 4]| {
         let pairs = names.iter().zip(values);
         let pairs: Vec<_> = pairs
             .map(|(name, value)| format!("{name} {}", tenth(value)))
             .collect();
         pairs.join("  ")
     };
-    let place = named(["x", "y", "z", "r"], pose.to_array());
-    let joints = named(["J1", "J2", "J3", "J4"], view.joints.to_array());
-    let where_it_is = format!("{place}   ·   {joints}");
-    svg.text([left, MARGIN + 9.6], where_it_is, &text);
+    let place = labelled(["x", "y", "z", "r"], pose.to_array());
+    let joints = labelled(["J1", "J2", "J3", "J4"], view.joints.to_array());
+    let pose_and_joints = format!("{place}   ·   {joints}");
+    svg.text([left, MARGIN + 9.6], pose_and_joints, &text);
     let alarms = view
         .alarms
         .codes()
@@ -322,7 +329,7 @@ fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
             None => format!("alarm {code:#04x}"),
         });
     let alarms: Vec<String> = alarms.collect();
-    let look = if view.alarms.blocking() {
+    let alarm_style = if view.alarms.blocking() {
         TextStyle {
             colour: WRONG,
             ..text
@@ -331,11 +338,11 @@ fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
         text
     };
     let facts: Vec<String> = view.facts.iter().cloned().chain(alarms).collect();
-    svg.text([left, MARGIN + 14.4], facts.join("   ·   "), &look);
+    svg.text([left, MARGIN + 14.4], facts.join("   ·   "), &alarm_style);
 }
 
 /// Two opposite corners of the base from the side.
-fn base() -> [[f64; 2]; 2] {
+fn base_side_corners() -> [[f64; 2]; 2] {
     let [half, down] = BASE_BODY;
     [[-half, -down], [half, -down / 3.0]]
 }

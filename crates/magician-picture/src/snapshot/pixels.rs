@@ -11,7 +11,7 @@ use resvg::tiny_skia::{
 
 use super::{
     ABOVE_PART, BASE_BODY, BELT_COLOR, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SIDE_PART,
-    Snapshot, Surroundings, TABLE_COLOR, base, links_from_above, links_from_side,
+    Snapshot, Surroundings, TABLE_COLOR, base_side_corners, links_from_above, links_from_side,
 };
 use crate::svg::palette::{BASE, DRAWN, INK};
 
@@ -164,7 +164,7 @@ fn above(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Sur
 }
 
 fn side(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Surroundings) {
-    canvas.rectangle(base(), shade(BASE));
+    canvas.rectangle(base_side_corners(), shade(BASE));
     if let Some((height, [[_, far], _])) = around.table {
         canvas.rectangle(
             [[BASE_BODY[0], height - PLATE_THICKNESS], [far, height]],

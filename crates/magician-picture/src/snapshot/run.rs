@@ -6,7 +6,7 @@ use magician_program::toolpath::{Layer, StrokeKind, Track};
 use magician_program::{Reach, Surface};
 use magician_sim::scenario::Color;
 
-use super::{ArmView, BASE_BODY, Body, BodyState, HEAD_HEIGHT, above, head, side};
+use super::{ArmView, BASE_BODY, Body, BodyState, HEAD_HEIGHT, above, draw_header, side};
 use crate::layers::PathStyle;
 use crate::legend::{Legend, Sign};
 use crate::panel::{Extent, MARGIN, Panel, TICK_SPACE};
@@ -118,7 +118,7 @@ pub(super) fn draw(view: &ArmView, run: &RunView) -> String {
     let mut svg = Svg::page(size, "mm", &view.title);
     let arm = Geometry::magician(view.tool);
     let pose = arm.forward(&view.joints);
-    head(&mut svg, left, view, &pose);
+    draw_header(&mut svg, left, view, &pose);
     let bodies: Vec<[Body; 2]> = run.objects.iter().map(MovedObject::bodies).collect();
     let layers = layers_of(&run.readings);
     let shown = Shown {

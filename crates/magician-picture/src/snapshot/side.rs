@@ -4,7 +4,7 @@ use magician_host::{Geometry, JointAngles};
 
 use super::{
     BASE_BODY, BELT_COLOR, Body, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SCALE, SIDE_PART,
-    Surroundings, TABLE_COLOR, above, base, hex, links_from_side,
+    Surroundings, TABLE_COLOR, above, base_side_corners, hex, links_from_side,
 };
 use crate::panel::Panel;
 use crate::section;
@@ -61,7 +61,7 @@ pub(super) fn foot(svg: &mut Svg, panel: &Panel) {
         ("stroke-width", "0.3"),
         ("rx", "1"),
     ];
-    svg.rectangle(base().map(|end| panel.at(end)), &look);
+    svg.rectangle(base_side_corners().map(|end| panel.at(end)), &look);
 }
 
 /// Draws a table of this height, from the base to a distance.

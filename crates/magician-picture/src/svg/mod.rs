@@ -321,7 +321,7 @@ struct Pen {
     data: String,
     at: [i64; 2],
     /// True if a bare pair of numbers continues the line.
-    lining: bool,
+    continues_line: bool,
 }
 
 impl Pen {
@@ -335,12 +335,12 @@ impl Pen {
         if begins {
             // SVG reads the first moveto of a path as absolute, even in lower case.
             self.data.push('m');
-        } else if !self.lining {
+        } else if !self.continues_line {
             self.data.push('l');
         }
-        self.hundredths(dx, begins || !self.lining);
+        self.hundredths(dx, begins || !self.continues_line);
         self.hundredths(dy, false);
-        (self.at, self.lining) = (to, true);
+        (self.at, self.continues_line) = (to, true);
     }
 
     /// Writes a number, preceded by a blank if needed.

@@ -18,7 +18,7 @@ fn preview(plan: &Plan, options: &PreviewOptions) -> Preview {
     Preview::new(plan, &check(plan, &start), &start, options)
 }
 
-fn go(plan: &mut Plan, [x, y, z]: [f32; 3], by: Travel) {
+fn push_move(plan: &mut Plan, [x, y, z]: [f32; 3], by: Travel) {
     let to = [x, y, z, 0.0];
     plan.push(Action::Move { to, by }, Origin::NONE);
 }
@@ -32,30 +32,30 @@ fn drawing(segments: u32) -> Plan {
         [230.0 + 40.0 * cos, 40.0 * sin]
     };
     let [x, y] = at(0);
-    go(&mut plan, [x, y, PAPER + 10.0], Travel::Joints);
-    go(&mut plan, [x, y, PAPER], Travel::Line);
+    push_move(&mut plan, [x, y, PAPER + 10.0], Travel::Joints);
+    push_move(&mut plan, [x, y, PAPER], Travel::Line);
     for nth in 1..=segments {
         let [x, y] = at(nth);
         plan.push(Action::Path { to: [x, y, PAPER] }, Origin::NONE);
     }
-    go(&mut plan, [x, y, PAPER + 10.0], Travel::Line);
+    push_move(&mut plan, [x, y, PAPER + 10.0], Travel::Line);
     plan
 }
 
 /// Returns a plan with every kind of motion.
-fn ways() -> Plan {
+fn plan_with_every_motion() -> Plan {
     let mut plan = Plan::new("ways");
     plan.tool = Some(Tool::Suction);
-    go(&mut plan, [200.0, 100.0, -30.0], Travel::Jump);
+    push_move(&mut plan, [200.0, 100.0, -30.0], Travel::Jump);
     plan.push(Action::Suction(true), Origin::NONE);
     plan.push(Action::Wait(200), Origin::NONE);
-    go(&mut plan, [240.0, -80.0, -30.0], Travel::Jump);
+    push_move(&mut plan, [240.0, -80.0, -30.0], Travel::Jump);
     plan.push(Action::Suction(false), Origin::NONE);
     plan.push(
         build::joint_speed([30.0, 200.0, 90.0, 50.0], [100.0; 4]),
         Origin::NONE,
     );
-    go(&mut plan, [180.0, 60.0, 60.0], Travel::Joints);
+    push_move(&mut plan, [180.0, 60.0, 60.0], Travel::Joints);
     let (via, to) = ([210.0, 90.0, 50.0, 0.0], [240.0, 60.0, 20.0, 20.0]);
     plan.push(Action::Arc { via, to }, Origin::NONE);
     let to = [20.0, 30.0, 20.0, 0.0];
@@ -77,14 +77,14 @@ fn ways() -> Plan {
 
 #[test]
 fn shown_paths_match_the_tool_motion() {
-    for plan in [ways(), drawing(200)] {
-        let watch = RehearseOptions::default().watch(Duration::from_millis(2));
-        let done = rehearse(&plan, &watch).unwrap();
+    for plan in [plan_with_every_motion(), drawing(200)] {
+        let options = RehearseOptions::default().watch(Duration::from_millis(2));
+        let done = rehearse(&plan, &options).unwrap();
         assert!(done.is_good(), "{:?} {:?}", done.alarms, done.log);
-        let way: Vec<[f64; 2]> = done.way.iter().map(|[x, y, _]| [*x, *y]).collect();
+        let path: Vec<[f64; 2]> = done.way.iter().map(|[x, y, _]| [*x, *y]).collect();
         let preview = preview(&plan, &PreviewOptions::default());
         let shown: Vec<Vec<[f64; 2]>> = preview.paths().map(<[_]>::to_vec).collect();
-        let matched = compare(&[way], &shown, 0.15).matched;
+        let matched = compare(&[path], &shown, 0.15).matched;
         assert!(matched.is_good(), "{}: {matched:?}", plan.title);
     }
 }
@@ -112,10 +112,10 @@ fn dots(places: &[[f32; 2]]) -> Plan {
 fn dots_by(places: &[[f32; 2]], height: f32, travel: Travel) -> Plan {
     let mut plan = drawing(12);
     for [x, y] in places {
-        go(&mut plan, [*x, *y, PAPER + height], travel);
-        go(&mut plan, [*x, *y, PAPER], travel);
+        push_move(&mut plan, [*x, *y, PAPER + height], travel);
+        push_move(&mut plan, [*x, *y, PAPER], travel);
         plan.push(Action::Wait(50), Origin::NONE);
-        go(&mut plan, [*x, *y, PAPER + height], travel);
+        push_move(&mut plan, [*x, *y, PAPER + height], travel);
     }
     plan
 }
@@ -139,7 +139,8 @@ fn pen_dot_is_shown_as_ink() {
     assert!(with.contains(r#"stroke-width="0.5""#) && with.contains(r#"stroke-linecap="round""#));
     let options = PreviewOptions::default();
     let waits = dots(&[[240.0, 10.0]]);
-    // With joint motion the last of the descent is a line of some hundredths of a millimetre.
+    // A joint move does not descend straight: its end is a line of some hundredths of a millimetre
+    // on the sheet.
     let hops = dots_by(&[[240.0, 10.0]], 3.0, Travel::Joints);
     for dots in [&waits, &hops] {
         assert!(
@@ -155,8 +156,8 @@ fn pen_dot_is_shown_as_ink() {
     // A plan of a single dot draws it, even if the pen stays down.
     let mut dot = Plan::new("dot");
     (dot.tool, dot.surface) = (plan.tool, plan.surface);
-    go(&mut dot, [240.0, 0.0, PAPER + 10.0], Travel::Joints);
-    go(&mut dot, [240.0, 0.0, PAPER], Travel::Line);
+    push_move(&mut dot, [240.0, 0.0, PAPER + 10.0], Travel::Joints);
+    push_move(&mut dot, [240.0, 0.0, PAPER], Travel::Line);
     assert_eq!(subpaths(&inked(&dot)), 1);
     let lines = DrawnLine::of(
         &dot,
@@ -220,7 +221,7 @@ fn a_picture_is_in_true_size() {
 fn a_burn_without_a_surface_shows_the_reach_at_its_height() {
     let mut plan = Plan::new("burn");
     plan.tool = Some(Tool::Laser);
-    go(&mut plan, [220.0, 0.0, -8.5], Travel::Line);
+    push_move(&mut plan, [220.0, 0.0, -8.5], Travel::Line);
     let (to, power) = ([240.0, 0.0, -8.5], 50.0);
     plan.push(Action::Burn { to, power }, Origin::NONE);
     let svg = preview(&plan, &PreviewOptions::default());
@@ -231,7 +232,7 @@ fn a_burn_without_a_surface_shows_the_reach_at_its_height() {
 fn refused_steps_are_marked_and_counted() {
     let mut plan = drawing(40);
     for x in [400.0, 10.0, 500.0, f32::NAN, f32::INFINITY] {
-        go(&mut plan, [x, 0.0, PAPER], Travel::Line);
+        push_move(&mut plan, [x, 0.0, PAPER], Travel::Line);
     }
     let preview = preview(&plan, &PreviewOptions::default());
     let svg = preview.to_svg();
@@ -249,16 +250,25 @@ fn refused_steps_are_marked_and_counted() {
 
 #[test]
 fn pick_and_place_plan_is_shown_from_the_side() {
-    let wanted = |options: PreviewOptions, plan: &Plan| {
+    let shows_side_view = |options: PreviewOptions, plan: &Plan| {
         preview(plan, &options)
             .to_svg()
             .contains("distance from the base axis")
     };
-    assert!(wanted(PreviewOptions::default(), &ways()));
-    assert!(!wanted(PreviewOptions::default(), &drawing(9)));
-    assert!(!wanted(PreviewOptions::default().side(false), &ways()));
-    assert!(wanted(PreviewOptions::default().side(true), &drawing(9)));
-    let svg = preview(&ways(), &PreviewOptions::default());
+    assert!(shows_side_view(
+        PreviewOptions::default(),
+        &plan_with_every_motion()
+    ));
+    assert!(!shows_side_view(PreviewOptions::default(), &drawing(9)));
+    assert!(!shows_side_view(
+        PreviewOptions::default().side(false),
+        &plan_with_every_motion()
+    ));
+    assert!(shows_side_view(
+        PreviewOptions::default().side(true),
+        &drawing(9)
+    ));
+    let svg = preview(&plan_with_every_motion(), &PreviewOptions::default());
     for part in ["grips", "releases", "waits", "with something held"] {
         assert!(svg.to_svg().contains(part), "{part}");
     }
@@ -286,11 +296,11 @@ fn png_has_the_requested_size_or_is_refused() {
     assert!(matches!(refused, PictureError::Size(_)), "{refused}");
 }
 
-/// Steps keep their numbers when a run begins later: the approach to its first step has no number.
+/// Steps keep their numbers when a run begins at a later step: the approach to it has no number.
 #[test]
 fn refusals_use_step_numbers_of_the_whole_program() {
     let mut plan = drawing(12);
-    go(&mut plan, [600.0, 0.0, 0.0], Travel::Line);
+    push_move(&mut plan, [600.0, 0.0, 0.0], Travel::Line);
     let last = plan.steps.len();
     let start = start_of(&stage(&plan, &RehearseOptions::default()).unwrap());
     for from in [0, 5] {
@@ -306,7 +316,7 @@ fn refusals_use_step_numbers_of_the_whole_program() {
     }
 }
 
-/// Lines, a dot and pale lines on the sheet are shown in the colours of the drawing.
+/// Lines and a dot are shown in the colours of the drawing, except black and pale lines.
 #[test]
 fn preview_of_a_drawing_without_parts_shows_its_colours() {
     let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='60mm' height='40mm' viewBox='0 0 60 40'>\
