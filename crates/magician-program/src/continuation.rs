@@ -31,9 +31,9 @@ const JOINT_TOLERANCE: f64 = 0.01;
 const MAX_HEIGHT: f64 = 400.0;
 /// Radial step, as a share of the distance from the base, between the points tried for the end of
 /// the move across if the point above the start position is out of reach.
-const SIDEWAYS_STEP: f64 = 0.05;
-/// Number of such steps inwards, and outwards.
-const MAX_SIDEWAYS_STEPS: i32 = 8;
+const RADIAL_STEP: f64 = 0.05;
+/// Number of radial steps tried inwards, and outwards.
+const MAX_RADIAL_STEPS: i32 = 8;
 /// Largest number of heights tried: enough to go down from [`MAX_HEIGHT`] to about as far below the
 /// base plane.
 const MAX_HEIGHTS: u32 = 160;
@@ -103,13 +103,14 @@ impl Continuation {
         let mut plan = whole.clone();
         let mut added = 0;
         if step > 0 || at.is_some() {
-            let mut lead = LeadIn::to(whole, step, at, start)?;
-            lead.make(start)?;
+            let mut lead = LeadIn::up_to(whole, step, at, start)?;
+            lead.emit_steps(start)?;
             added = lead.steps.len();
             plan.steps = lead.steps;
             plan.steps.extend(whole.steps.iter().skip(step).cloned());
-            if let (Some(left), Some(first)) = (lead.left, plan.steps.get_mut(added)) {
-                first.action = left;
+            if let (Some(rest_action), Some(first)) = (lead.rest_action, plan.steps.get_mut(added))
+            {
+                first.action = rest_action;
             }
         }
         let steps = std::iter::repeat_n(step, added).chain(step..whole.steps.len());
@@ -171,7 +172,7 @@ struct LeadIn<'p> {
     step: usize,
     settings: Settings,
     /// Pose at the start of the step.
-    place: Pose,
+    target: Pose,
     /// Joints at that pose.
     joints: JointAngles,
     /// Largest z so far.
@@ -179,12 +180,12 @@ struct LeadIn<'p> {
     steps: Vec<Step>,
     /// Command for the rest of a step that resumes part-way. `None` if the step's own command fits,
     /// or the step starts at its beginning.
-    left: Option<Action>,
+    rest_action: Option<Action>,
 }
 
 impl<'p> LeadIn<'p> {
     /// Simulates the plan up to the step, or up to a place within it.
-    fn to(
+    fn up_to(
         plan: &'p Plan,
         step: usize,
         within: Option<[f64; 3]>,
@@ -194,15 +195,15 @@ impl<'p> LeadIn<'p> {
         let mut settings = Settings::default();
         let mut height = HeightTracker::default();
         if let Some(tool) = plan.preamble() {
-            let told = arm.check(&tool);
-            told.map_err(|error| Diagnostic::of_file(error.to_string()))?;
+            let checked = arm.check(&tool);
+            checked.map_err(|error| Diagnostic::of_file(error.to_string()))?;
         }
         for (at, before) in plan.steps.iter().take(step).enumerate() {
             let Some(command) = before.action.command() else {
                 continue;
             };
             let from = arm.arm().map(|at| at.pose.z);
-            let done = arm.check(&command).map_err(|error| {
+            let checked = arm.check(&command).map_err(|error| {
                 let message = message!(
                     "the earlier step {at} cannot be done: {error}",
                     at = at + 1,
@@ -211,7 +212,7 @@ impl<'p> LeadIn<'p> {
                 diagnostic_at(plan, at, message)
             })?;
             settings.note(&command);
-            height.note(&command, from, done.end.map(|end| end.pose.z));
+            height.note(&command, from, checked.end.map(|end| end.pose.z));
         }
         let Some(at) = arm.arm() else {
             let message = message!(
@@ -231,27 +232,27 @@ impl<'p> LeadIn<'p> {
             );
             return Err(diagnostic_at(plan, step, message).help(help));
         }
-        let begins = at.pose;
+        let step_start = at.pose;
         let action = plan.steps.get(step).map(|step| &step.action);
-        let (at, left) = action
+        let (at, rest_action) = action
             .zip(within)
             .and_then(|(action, place)| partial_step::continue_from(action, &arm, place))
             .unwrap_or((*at, None));
-        height.most = height.most.max(begins.z);
+        height.most = height.most.max(step_start.z);
         Ok(Self {
             plan,
             step,
             settings,
-            place: at.pose,
+            target: at.pose,
             joints: at.joints,
-            left,
+            rest_action,
             height: height.most.max(at.pose.z + CROSSING_CLEARANCE),
             steps: Vec::new(),
         })
     }
 
     /// Emits the settings, then the approach, then the laser if it was on.
-    fn make(&mut self, start: &Preflight) -> Result<(), Diagnostic> {
+    fn emit_steps(&mut self, start: &Preflight) -> Result<(), Diagnostic> {
         let mut arm = start.clone().summing();
         let refused = |error: Error| {
             let message = message!(
@@ -267,13 +268,16 @@ impl<'p> LeadIn<'p> {
         }
         let burns = |step: &Step| step.action.is_of_a_laser();
         // The laser may still be on from an earlier run: switch it off before the arm moves.
-        let dark = self
+        let laser_off_command = self
             .plan
             .steps
             .iter()
             .any(burns)
             .then_some(build::laser(false));
-        for command in dark.into_iter().chain(self.settings.in_force()) {
+        for command in laser_off_command
+            .into_iter()
+            .chain(self.settings.in_force())
+        {
             arm.check(&command).map_err(refused)?;
             steps.push(command.into());
         }
@@ -296,9 +300,9 @@ impl<'p> LeadIn<'p> {
     }
 
     fn has_arrived(&self, arm: &Preflight) -> bool {
-        let place = self.joints.to_array();
+        let wanted_joints = self.joints.to_array();
         arm.arm().is_some_and(|at| {
-            let mut pairs = at.joints.to_array().into_iter().zip(place);
+            let mut pairs = at.joints.to_array().into_iter().zip(wanted_joints);
             pairs.all(|(is, wanted)| (is - wanted).abs() < JOINT_TOLERANCE)
         })
     }
@@ -306,38 +310,38 @@ impl<'p> LeadIn<'p> {
     /// Goes up, across and down, as far as possible and needed.
     fn approach(&self, arm: &mut Preflight, steps: &mut Vec<Action>) -> Result<(), Error> {
         let rail = self.settings.rail();
-        let begun = arm.arm().map(|at| at.pose);
-        if let Some(from) = begun
+        let start = arm.arm().map(|at| at.pose);
+        if let Some(from) = start
             && rail.is_none()
-            && from.distance_to(&self.place) < MIN_MOVE
+            && from.distance_to(&self.target) < MIN_MOVE
             // A tool turned differently still needs a move, though its tip is in place.
-            && (from.r - self.place.r).abs() < MIN_MOVE
+            && (from.r - self.target.r).abs() < MIN_MOVE
         {
             return Ok(());
         }
-        let height = begun.map_or(self.height, |from| {
+        let height = start.map_or(self.height, |from| {
             self.height.max(from.z + CROSSING_CLEARANCE)
         });
-        if let Some(from) = begun {
+        if let Some(from) = start {
             // Rising is optional: if the arm cannot rise, the move across starts at this height.
             let _ = rise(&from, height, |pose| {
                 go(arm, steps, pose, &[Travel::Line], None)
             });
         }
         // From an unknown pose only a joint move can be planned.
-        let across: &[Travel] = match begun {
+        let across: &[Travel] = match start {
             Some(_) => &[Travel::Line, Travel::Joints],
             None => &[Travel::Joints],
         };
         if self.descend(height, across, arm, steps) {
             return Ok(());
         }
-        let over = rise(&self.place, height, |pose| {
+        let over = rise(&self.target, height, |pose| {
             go(arm, steps, pose, across, rail)
         });
         match over {
-            Some(Ok(())) => go(arm, steps, self.place, &[Travel::Line], None),
-            _ => go(arm, steps, self.place, across, rail),
+            Some(Ok(())) => go(arm, steps, self.target, &[Travel::Line], None),
+            _ => go(arm, steps, self.target, across, rail),
         }
     }
 
@@ -351,20 +355,20 @@ impl<'p> LeadIn<'p> {
         steps: &mut Vec<Action>,
     ) -> bool {
         let z = height.min(MAX_HEIGHT);
-        let asides = (0..=MAX_SIDEWAYS_STEPS).flat_map(|nth| [-nth, nth]);
-        for share in asides.map(|nth| 1.0 + SIDEWAYS_STEP * f64::from(nth)) {
-            let [x, y] = [self.place.x, self.place.y].map(|at| share * at);
+        let radial_steps = (0..=MAX_RADIAL_STEPS).flat_map(|nth| [-nth, nth]);
+        for share in radial_steps.map(|nth| 1.0 + RADIAL_STEP * f64::from(nth)) {
+            let [x, y] = [self.target.x, self.target.y].map(|at| share * at);
             let over = Pose {
                 x,
                 y,
                 z,
-                ..self.place
+                ..self.target
             };
             // Try on a copy: both moves must be possible, or neither is made.
             let (mut tried, mut added) = (arm.clone(), Vec::new());
-            if z > self.place.z + MIN_MOVE
+            if z > self.target.z + MIN_MOVE
                 && go(&mut tried, &mut added, over, across, self.settings.rail()).is_ok()
-                && go(&mut tried, &mut added, self.place, &[Travel::Line], None).is_ok()
+                && go(&mut tried, &mut added, self.target, &[Travel::Line], None).is_ok()
             {
                 *arm = tried;
                 steps.append(&mut added);

@@ -8,6 +8,7 @@
 use std::collections::VecDeque;
 use std::fmt;
 
+use magician_host::{Message, message};
 use serde::{Deserialize, Serialize};
 
 use crate::program::StepNumbering;
@@ -342,22 +343,31 @@ pub struct Doubt {
     pub why: DoubtReason,
 }
 
-/// Completes the sentence "the progress of the last run is not known: ".
-impl fmt::Display for DoubtReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Recorded => "it ended while an answer of the arm was missing",
-            Self::NotReadable => "the arm does not tell how far it came",
-            Self::NotAtRest => "other commands waited in the arm's queue when it began",
-            Self::Reset => "the arm was switched off or reset since",
-            Self::ForeignCommands => {
-                "the arm has done more than the run gave it, so another program used it since"
+impl DoubtReason {
+    /// Returns the reason, which completes "the progress of the last run is not known: ".
+    #[must_use]
+    pub fn sentence(self) -> Message {
+        match self {
+            Self::Recorded => message!("it ended while an answer of the arm was missing"),
+            Self::NotReadable => message!("the arm does not tell how far it came"),
+            Self::NotAtRest => {
+                message!("other commands waited in the arm's queue when it began")
             }
-            Self::Mixed => {
+            Self::Reset => message!("the arm was switched off or reset since"),
+            Self::ForeignCommands => message!(
+                "the arm has done more than the run gave it, so another program used it since"
+            ),
+            Self::Mixed => message!(
                 "settings or commands sent again went out between its last steps, and the arm \
                     counts them like steps"
-            }
-        })
+            ),
+        }
+    }
+}
+
+impl fmt::Display for DoubtReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.sentence())
     }
 }
 

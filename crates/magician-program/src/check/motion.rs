@@ -40,14 +40,11 @@ struct Arc {
 impl Arc {
     /// Arc or circle of a command; `None` for other commands.
     fn of(command: &Set, from: &ArmState) -> Option<Self> {
-        let place = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
+        let xyz = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
         match command {
-            Set::ArcCmd(arc) => {
-                Self::through(point(from), place(arc.cir_point), place(arc.to_point))
-            }
+            Set::ArcCmd(arc) => Self::through(point(from), xyz(arc.cir_point), xyz(arc.to_point)),
             Set::CircleCmd(circle) => {
-                let arc =
-                    Self::through(point(from), place(circle.cir_point), place(circle.to_point));
+                let arc = Self::through(point(from), xyz(circle.cir_point), xyz(circle.to_point));
                 arc.map(|arc| Self {
                     sweep: TAU * f64::from(circle.count),
                     ..arc
@@ -62,24 +59,24 @@ impl Arc {
     fn through(from: Point, via: Point, to: Point) -> Option<Self> {
         let (first, second) = (difference(from, via), difference(via, to));
         let normal = cross(first, second);
-        // At the second point the chords enclose half of the whole angle (inscribed angle).
-        let half = libm::atan2(norm(normal), dot(first, second));
+        // The directions of the two chords differ by half of the arc's angle (inscribed angle).
+        let half_angle = libm::atan2(norm(normal), dot(first, second));
         let chord = difference(from, to);
-        let radius = norm(chord) / (2.0 * libm::sin(half));
-        if half <= 0.0 || !radius.is_finite() {
+        let radius = norm(chord) / (2.0 * libm::sin(half_angle));
+        if half_angle <= 0.0 || !radius.is_finite() {
             return None;
         }
         let normal = scaled(normal, 1.0 / norm(normal));
-        // The centre is on the left of the chord at the remaining distance, on the right for more
-        // than half a turn.
+        // The centre lies to the left of the chord's midpoint, or to the right if the arc is more
+        // than half a turn: the cosine is then negative.
         let left = cross(normal, scaled(chord, 1.0 / norm(chord)));
         let middle = sum(from, scaled(chord, 0.5));
-        let centre = sum(middle, scaled(left, radius * libm::cos(half)));
+        let centre = sum(middle, scaled(left, radius * libm::cos(half_angle)));
         let start = difference(centre, from);
         Some(Self {
             centre,
             radius,
-            sweep: 2.0 * half,
+            sweep: 2.0 * half_angle,
             axes: [start, cross(normal, start)],
         })
     }
@@ -87,16 +84,16 @@ impl Arc {
     /// Points of the arc with an extreme coordinate.
     fn extremes(&self) -> impl Iterator<Item = Point> {
         let [[ax, ay, az], [bx, by, bz]] = self.axes;
-        let turns = [
+        let angles = [
             libm::atan2(bx, ax),
             libm::atan2(by, ay),
             libm::atan2(bz, az),
         ];
-        let turns = turns.into_iter().flat_map(|turn| [turn, turn + PI]);
-        let turns = turns.map(|turn| turn.rem_euclid(TAU));
-        turns.filter(|turn| *turn <= self.sweep).map(|turn| {
+        let angles = angles.into_iter().flat_map(|angle| [angle, angle + PI]);
+        let angles = angles.map(|angle| angle.rem_euclid(TAU));
+        angles.filter(|angle| *angle <= self.sweep).map(|angle| {
             let [first, second] = self.axes;
-            let (sin, cos) = libm::sincos(turn);
+            let (sin, cos) = libm::sincos(angle);
             sum(self.centre, sum(scaled(first, cos), scaled(second, sin)))
         })
     }
@@ -152,10 +149,10 @@ mod tests {
                 });
                 let ends = [at(0.0), at(1.0)];
                 let found: Vec<f64> = (arc.extremes().chain(ends)).map(|at| at[axis]).collect();
-                let reached = found.iter().copied().fold(f64::MAX, f64::min);
-                assert!((reached - least).abs() < 1e-4, "{degrees} {axis}");
-                let reached = found.iter().copied().fold(f64::MIN, f64::max);
-                assert!((reached - most).abs() < 1e-4, "{degrees} {axis}");
+                let extreme = found.iter().copied().fold(f64::MAX, f64::min);
+                assert!((extreme - least).abs() < 1e-4, "{degrees} {axis}");
+                let extreme = found.iter().copied().fold(f64::MIN, f64::max);
+                assert!((extreme - most).abs() < 1e-4, "{degrees} {axis}");
             }
         }
         assert!(Arc::through([0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]).is_none());

@@ -180,11 +180,11 @@ setup_options! {
         .for_formats(&[Letters]).usual_for(&[Letters]);
 
     "Height of capital letters",
-    size: Option<f64> = number(Text, "mm").above(0.0).to(MAX_LENGTH).or(Number(10.0))
+    size: Option<f64> = number(Text, "mm").above(0.0).at_most(MAX_LENGTH).default_value(Number(10.0))
         .for_formats(&[Letters]).usual_for(&[Letters]);
 
     "Width at which text wraps",
-    wrap: Option<f64> = number(Text, "mm").above(0.0).to(MAX_LENGTH)
+    wrap: Option<f64> = number(Text, "mm").above(0.0).at_most(MAX_LENGTH)
         .for_formats(&[Letters]).usual_for(&[Letters]);
 
     "Place a program (G-code, a plan, playback, points) like a drawing",
@@ -209,26 +209,26 @@ setup_options! {
 
     "Height of the work surface",
     "This is the z of the arm's pose when the tool touches the surface.",
-    surface: Option<f64> = number(Place, "mm").from(-MAX_LENGTH).to(MAX_LENGTH)
+    surface: Option<f64> = number(Place, "mm").at_least(-MAX_LENGTH).at_most(MAX_LENGTH)
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, Letters, Picture, TestGrid, Gcode])
         .changes(ONCE_PLACED);
 
     "Position of the centre of the artwork",
-    at: Option<[f64; 2]> = point(Place).from(-MAX_LENGTH).to(MAX_LENGTH)
+    at: Option<[f64; 2]> = point(Place).at_least(-MAX_LENGTH).at_most(MAX_LENGTH)
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, Letters, Picture, TestGrid, Gcode])
         .changes(ONCE_PLACED);
 
     "Scale factor; 1 is the original size",
     "With a width or a height, the factor multiplies that size.",
-    scale: Option<f64> = number(Place, "").above(0.0).to(MAX_LENGTH).or(Number(1.0))
+    scale: Option<f64> = number(Place, "").above(0.0).at_most(MAX_LENGTH).default_value(Number(1.0))
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, TestGrid, Gcode]).changes(ONCE_PLACED_GCODE);
 
     "Width to scale to",
-    width: Option<f64> = number(Place, "mm").above(0.0).to(MAX_LENGTH)
+    width: Option<f64> = number(Place, "mm").above(0.0).at_most(MAX_LENGTH)
         .for_formats(WITHOUT_TEST_GRID).usual_for(IMAGES).changes(ONCE_PLACED);
 
     "Counter-clockwise rotation",
-    rotate: Option<f64> = number(Place, "deg").from(-MAX_DEGREES).to(MAX_DEGREES).or(Number(0.0))
+    rotate: Option<f64> = number(Place, "deg").at_least(-MAX_DEGREES).at_most(MAX_DEGREES).default_value(Number(0.0))
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, Letters, Picture, TestGrid, Gcode])
         .changes(ONCE_PLACED_GCODE);
 
@@ -236,7 +236,7 @@ setup_options! {
     fit: bool = switch(Place).for_formats(ALL).usual_for(PLACED).changes(ONCE_PLACED);
 
     "Height to scale to, instead of a width",
-    height: Option<f64> = number(Place, "mm").above(0.0).to(MAX_LENGTH).contradicts(&["width"])
+    height: Option<f64> = number(Place, "mm").above(0.0).at_most(MAX_LENGTH).contradicts(&["width"])
         .for_formats(WITHOUT_TEST_GRID).changes(ONCE_PLACED);
 
     "Clip a drawing to its page",
@@ -250,7 +250,7 @@ setup_options! {
         .for_formats(ALL).changes(ONCE_PLACED);
 
     "Margin kept to the edges of the page when fitting",
-    margin: Option<f64> = number(Place, "mm").from(0.0).to(MAX_LENGTH).or(Number(Page::DEFAULT_MARGIN))
+    margin: Option<f64> = number(Place, "mm").at_least(0.0).at_most(MAX_LENGTH).default_value(Number(Page::DEFAULT_MARGIN))
         .needs("page", &[]).for_formats(ALL);
 
     "Rotate the artwork by 90 degrees if it fits better",
@@ -263,7 +263,7 @@ setup_options! {
     mirror: bool = switch(Place).for_formats(ALL);
 
     "Offset added to the position",
-    by as "move": Option<[f64; 3]> = place(Place).from(-MAX_LENGTH).to(MAX_LENGTH).expects("", "DX,DY,DZ").for_formats(ALL);
+    by as "move": Option<[f64; 3]> = place(Place).at_least(-MAX_LENGTH).at_most(MAX_LENGTH).expects("", "DX,DY,DZ").for_formats(ALL);
 
     "Repeat the artwork at each position of a grid, such as 2x3:40x30",
     grid: Option<Grid> = text(Place, "")
@@ -275,16 +275,16 @@ setup_options! {
 
     "Spacing of the fill lines",
     "Measured on the surface, independent of the scale.",
-    fill_spacing: Option<f64> = number(Fill, "mm").from(MIN_SPACING).to(MAX_LENGTH)
-        .usually("0.8 with the pen, 0.2 with the laser").needs("fill", FILL_PATTERNS).for_formats(ARTWORK);
+    fill_spacing: Option<f64> = number(Fill, "mm").at_least(MIN_SPACING).at_most(MAX_LENGTH)
+        .default_text("0.8 with the pen, 0.2 with the laser").needs("fill", FILL_PATTERNS).for_formats(ARTWORK);
 
     "Angle of the fill lines, counter-clockwise from x",
-    fill_angle: Option<f64> = number(Fill, "deg").from(-MAX_DEGREES).to(MAX_DEGREES).or(Number(45.0))
+    fill_angle: Option<f64> = number(Fill, "deg").at_least(-MAX_DEGREES).at_most(MAX_DEGREES).default_value(Number(45.0))
         .needs("fill", FILL_PATTERNS).with("fill", &["hatch", "cross"]).for_formats(ARTWORK);
 
     "Inset of the fill lines from the edge of the shape",
-    fill_inset: Option<f64> = number(Fill, "mm").from(0.0).to(MAX_LENGTH)
-        .usually("half of the spacing").needs("fill", FILL_PATTERNS).for_formats(ARTWORK);
+    fill_inset: Option<f64> = number(Fill, "mm").at_least(0.0).at_most(MAX_LENGTH)
+        .default_text("half of the spacing").needs("fill", FILL_PATTERNS).for_formats(ARTWORK);
 
     "Handling of white lines and shapes",
     "Either skip them, except on darker shapes or if nothing else would be drawn; or draw all of them.",
@@ -294,7 +294,7 @@ setup_options! {
     align: Option<Align> = first_of(Text, Align::NAMES).for_formats(&[Letters]);
 
     "Line spacing of text, as a multiple of the height of capital letters",
-    line_height: Option<f64> = number(Text, "").above(0.0).to(1000.0).or(Number(1.8)).for_formats(&[Letters]);
+    line_height: Option<f64> = number(Text, "").above(0.0).at_most(1000.0).default_value(Number(1.8)).for_formats(&[Letters]);
 
     "Rendering of text in a drawing",
     "Either outlines, except for fonts whose name begins with Hershey or ends in 1-stroke or Single Line; or single strokes for all text.",
@@ -318,7 +318,7 @@ setup_options! {
     only: Vec<String> = list(Parts).expects("a list of texts of at most 1000 characters", "NAME").for_formats(DRAWINGS);
 
     "Number of times to draw each part before the next one",
-    passes: Option<u32> = integer(Parts).from(1.0).to(MAX_PASSES as f64).or(Number(1.0)).for_formats(WITHOUT_TEST_GRID);
+    passes: Option<u32> = integer(Parts).at_least(1.0).at_most(MAX_PASSES as f64).default_value(Number(1.0)).for_formats(WITHOUT_TEST_GRID);
 
     "Pens of the parts; the first pen that matches a part is used",
     "Each pen has a match (a name, a colour or a number) and any of surface_offset, lift, speed, power, passes and fill.",
@@ -328,34 +328,34 @@ setup_options! {
     no_pause: bool = switch(Parts).for_formats(WITHOUT_TEST_GRID);
 
     "Number of superimposed hatchings, or of dot sizes",
-    levels: Option<u8> = integer(Image).from(1.0).to(64.0).usually("6 hatchings, 64 dot sizes")
+    levels: Option<u8> = integer(Image).at_least(1.0).at_most(64.0).default_text("6 hatchings, 64 dot sizes")
         .needs("image", &["halftone", "hatch"]).of_work(Draw).for_formats(IMAGES);
 
     "Largest size of spots in an image to remove; 0 keeps all",
-    despeckle: Option<f64> = number(Image, "mm").from(0.0).to(MAX_LENGTH).or(Number(0.3)).of_work(Draw).for_formats(IMAGES);
+    despeckle: Option<f64> = number(Image, "mm").at_least(0.0).at_most(MAX_LENGTH).default_value(Number(0.3)).of_work(Draw).for_formats(IMAGES);
 
     "Line width of the pen, for images",
-    pen_width: Option<f64> = number(Image, "mm").above(0.0).to(MAX_LENGTH).or(Number(Trace::DEFAULT_PEN_WIDTH))
+    pen_width: Option<f64> = number(Image, "mm").above(0.0).at_most(MAX_LENGTH).default_value(Number(Trace::DEFAULT_PEN_WIDTH))
         .of_work(Draw).for_formats(IMAGES);
 
     "Spacing of the lines or dots of an image",
-    spacing: Option<f64> = number(Image, "mm").above(0.0).to(MAX_LENGTH)
-        .usually("0.2 with the laser; with the pen, set by the style and the line width").for_formats(IMAGES);
+    spacing: Option<f64> = number(Image, "mm").above(0.0).at_most(MAX_LENGTH)
+        .default_text("0.2 with the laser; with the pen, set by the style and the line width").for_formats(IMAGES);
 
     "Grey level below which a pixel counts as dark, if the image is drawn or burnt in black and white",
-    threshold: Option<u8> = integer(Image).from(1.0).to(255.0).or(Number(128.0)).for_formats(IMAGES);
+    threshold: Option<u8> = integer(Image).at_least(1.0).at_most(255.0).default_value(Number(128.0)).for_formats(IMAGES);
 
     "Area of an image to keep, in pixels from the upper left corner",
     crop: Option<[u32; 4]> = area(Image).for_formats(IMAGES);
 
     "Brightness adjustment of an image",
-    brightness: Option<f64> = number(Image, "").from(-100.0).to(100.0).or(Number(0.0)).for_formats(IMAGES);
+    brightness: Option<f64> = number(Image, "").at_least(-100.0).at_most(100.0).default_value(Number(0.0)).for_formats(IMAGES);
 
     "Contrast adjustment of an image",
-    contrast: Option<f64> = number(Image, "").from(-100.0).to(100.0).or(Number(0.0)).for_formats(IMAGES);
+    contrast: Option<f64> = number(Image, "").at_least(-100.0).at_most(100.0).default_value(Number(0.0)).for_formats(IMAGES);
 
     "Gamma, the exponent of the darkness; above 1 makes mid-tones lighter",
-    gamma: Option<f64> = number(Image, "").above(0.0).to(100.0).or(Number(1.0)).for_formats(IMAGES);
+    gamma: Option<f64> = number(Image, "").above(0.0).at_most(100.0).default_value(Number(1.0)).for_formats(IMAGES);
 
     "Draw or burn the white areas instead of the black ones",
     invert: bool = switch(Image).for_formats(IMAGES);
@@ -372,7 +372,7 @@ setup_options! {
     one_way: bool = switch(Laser).of_work(Engrave).for_formats(&[Picture, TestGrid]);
 
     "Overscan: run-up and run-out of the tool at the ends of a line",
-    overscan: Option<f64> = number(Laser, "mm").above(0.0).to(MAX_LENGTH).usually("derived from the speed")
+    overscan: Option<f64> = number(Laser, "mm").above(0.0).at_most(MAX_LENGTH).default_text("derived from the speed")
         .of_work(Engrave).for_formats(&[Picture, TestGrid]);
 
     "Trace the frame of the job instead of marking it",
@@ -381,20 +381,20 @@ setup_options! {
 
     "Laser power while tracing a frame",
     "By default the laser is off.",
-    frame_power: Option<f64> = number(Laser, "%").above(0.0).to(Framing::MAX_POWER)
+    frame_power: Option<f64> = number(Laser, "%").above(0.0).at_most(Framing::MAX_POWER)
         .needs("frame", &[]).for_formats(ALL);
 
     "Pen lift between lines",
-    lift: Option<f64> = number(Pen, "mm").above(0.0).to(MAX_LENGTH).usually("10, or the value of the settings")
+    lift: Option<f64> = number(Pen, "mm").above(0.0).at_most(MAX_LENGTH).default_text("10, or the value of the settings")
         .of_work(Draw).for_formats(WITHOUT_TEST_GRID);
 
     "Smallest pen lift, between lines that are close together",
     "The lift is half of the distance between the lines, at most the full lift.",
-    hop: Option<f64> = number(Pen, "mm").above(0.0).to(MAX_LENGTH).or(Number(3.0)).of_work(Draw).for_formats(WITHOUT_TEST_GRID);
+    hop: Option<f64> = number(Pen, "mm").above(0.0).at_most(MAX_LENGTH).default_value(Number(3.0)).of_work(Draw).for_formats(WITHOUT_TEST_GRID);
 
     "Travel speed between lines",
-    travel_speed: Option<f64> = number(Pen, "mm/s").from(MIN_SPEED).to(MAX_LENGTH)
-        .usually("200, or the value of the settings").of_work(Draw).for_formats(WITHOUT_TEST_GRID);
+    travel_speed: Option<f64> = number(Pen, "mm/s").at_least(MIN_SPEED).at_most(MAX_LENGTH)
+        .default_text("200, or the value of the settings").of_work(Draw).for_formats(WITHOUT_TEST_GRID);
 
     "Leave the pen down at the end and after a stop",
     stay: bool = switch(Pen).contradicts(&["park"]).for_formats(WITHOUT_TEST_GRID);
@@ -407,7 +407,7 @@ setup_options! {
     order: Option<bool> = switch_off(Pen, "Draw lines in the order of the file").of_work(Draw).for_formats(DRAWN);
 
     "Largest gap between line ends to join; 0 disables joining",
-    merge: Option<f64> = number(Pen, "mm").from(0.0).to(MAX_LENGTH).or(Number(0.1))
+    merge: Option<f64> = number(Pen, "mm").at_least(0.0).at_most(MAX_LENGTH).default_value(Number(0.1))
         .for_formats(WITHOUT_TEST_GRID).changes(ONCE_DEDUPED);
 
     "Draw duplicate lines only once",
@@ -416,40 +416,40 @@ setup_options! {
         .for_formats(WITHOUT_TEST_GRID).changes(&[(PROGRAMS, Change::Default(Switch(false)))]);
 
     "Tolerance of line simplification: a point is dropped if the line stays within this distance without it; 0 keeps all points",
-    simplify: Option<f64> = number(Pen, "mm").from(0.0).to(MAX_LENGTH).or(Number(0.02))
+    simplify: Option<f64> = number(Pen, "mm").at_least(0.0).at_most(MAX_LENGTH).default_value(Number(0.02))
         .for_formats(WITHOUT_TEST_GRID).changes(ONCE_DEDUPED);
 
     "Tolerance of curve flattening: largest distance of a line from its curve, at the drawn size",
-    tolerance: Option<f64> = number(Pen, "mm").above(0.0).to(MAX_LENGTH).or(Number(0.05))
+    tolerance: Option<f64> = number(Pen, "mm").above(0.0).at_most(MAX_LENGTH).default_value(Number(0.05))
         .for_formats(&[Svg, Dxf, Hpgl, Letters, Picture, Gcode])
         .changes(&[(IMAGES, Change::Default(Number(0.1)))]);
 
     "Speed while drawing or burning",
-    speed: Option<f64> = number(More, "mm/s").from(MIN_SPEED).to(MAX_LENGTH)
-        .usually("the value of the file or the settings").for_formats(WITHOUT_TEST_GRID);
+    speed: Option<f64> = number(More, "mm/s").at_least(MIN_SPEED).at_most(MAX_LENGTH)
+        .default_text("the value of the file or the settings").for_formats(WITHOUT_TEST_GRID);
 
     "Speed ratio of point-to-point moves",
-    speed_ratio: Option<f64> = number(More, "%").from(1.0).to(100.0).for_formats(ALL);
+    speed_ratio: Option<f64> = number(More, "%").at_least(1.0).at_most(100.0).for_formats(ALL);
 
     "Position at which to park the tool tip at the end",
-    park: Option<[f64; 3]> = place(More).from(-MAX_LENGTH).to(MAX_LENGTH).for_formats(ALL);
+    park: Option<[f64; 3]> = place(More).at_least(-MAX_LENGTH).at_most(MAX_LENGTH).for_formats(ALL);
 
     "Type of machine that a G-code file is for; the pen servo is moved by M3, M280 or M300",
     dialect: Option<Dialect> = choice(More, Dialect::NAMES)
-        .usually("laser if the file switches a spindle or sets a power and has no features of a mill")
+        .default_text("laser if the file switches a spindle or sets a power and has no features of a mill")
         .for_formats(&[Gcode]);
 
     "Value of S for full laser power in a G-code file",
-    s_max: Option<f64> = number(More, "").above(0.0).to(1e9).usually("the value of the file, else 1000").for_formats(&[Gcode]);
+    s_max: Option<f64> = number(More, "").above(0.0).at_most(1e9).default_text("the value of the file, else 1000").for_formats(&[Gcode]);
 
     "Z at which the pen touches the surface in placed G-code",
-    pen_z: Option<f64> = number(Place, "mm").from(-MAX_LENGTH).to(MAX_LENGTH)
-        .usually("the first depth at which the program draws").with("place", &[]).for_formats(&[Gcode]);
+    pen_z: Option<f64> = number(Place, "mm").at_least(-MAX_LENGTH).at_most(MAX_LENGTH)
+        .default_text("the first depth at which the program draws").with("place", &[]).for_formats(&[Gcode]);
 
     "Start position of the tool for a G-code program that does not set it",
-    start: Option<[f64; 3]> = place(More).from(-MAX_LENGTH).to(MAX_LENGTH).usually("the current position of the tool").for_formats(&[Gcode]);
+    start: Option<[f64; 3]> = place(More).at_least(-MAX_LENGTH).at_most(MAX_LENGTH).default_text("the current position of the tool").for_formats(&[Gcode]);
 
     "Tolerance of simplifying a recording: points closer than this to the line are dropped",
     "The remaining points keep their times, and the number of steps stays the same.",
-    resample: Option<f64> = number(More, "mm").above(0.0).to(MAX_LENGTH).for_formats(&[Format::Points]);
+    resample: Option<f64> = number(More, "mm").above(0.0).at_most(MAX_LENGTH).for_formats(&[Format::Points]);
 }

@@ -256,7 +256,7 @@ impl Engrave {
         let mut scan = Scan::new(plan, *grid, surface, self, ScanSpeeds::new(self));
         for (nth, line) in cells.chunks_exact(columns).enumerate() {
             let row = (2 * nth + 1).saturating_mul(image.height) / (2 * rows);
-            scan.line(line, (nth as f64 + 0.5) / rows as f64, row, &powers);
+            scan.add_line(line, (nth as f64 + 0.5) / rows as f64, row, &powers);
         }
         Ok(scan.end())
     }

@@ -95,7 +95,7 @@ impl Nodes {
         self.width + 2
     }
 
-    fn at(&self, [x, y]: [usize; 2]) -> u8 {
+    fn grey_at(&self, [x, y]: [usize; 2]) -> u8 {
         let (Some(x), Some(y)) = (x.checked_sub(1), y.checked_sub(1)) else {
             return 255;
         };
@@ -106,7 +106,7 @@ impl Nodes {
     }
 
     fn is_dark(&self, node: [usize; 2]) -> bool {
-        self.at(node) < self.level
+        self.grey_at(node) < self.level
     }
 
     /// For each edge through which an outline enters a square of four nodes, the edge through which
@@ -144,7 +144,10 @@ impl Nodes {
         nodes: [[usize; 2]; 4],
         dark: [bool; 4],
     ) -> impl Iterator<Item = (usize, usize)> {
-        let sum: u32 = nodes.iter().map(|node| u32::from(self.at(*node))).sum();
+        let sum: u32 = nodes
+            .iter()
+            .map(|node| u32::from(self.grey_at(*node)))
+            .sum();
         let step = if sum < 4 * u32::from(self.level) {
             1
         } else {
@@ -167,7 +170,7 @@ impl Nodes {
             0 => [node[0] + 1, node[1]],
             _ => [node[0], node[1] + 1],
         };
-        let [one, next] = [node, other].map(|node| f64::from(self.at(node)));
+        let [one, next] = [node, other].map(|node| f64::from(self.grey_at(node)));
         // The threshold lies between two grey levels, so that no crossing is at a node.
         let share = (f64::from(self.level) - 0.5 - one) / (next - one);
         let size = [self.width, self.height].map(|side| side as f64);

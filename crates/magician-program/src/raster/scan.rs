@@ -16,7 +16,8 @@ use magician_formats::reach::APPROACH_HEIGHT;
 
 /// Speed ratio that an arm applies to travel moves by default (model section 6).
 const DEFAULT_SPEED_RATIO: f64 = 0.5;
-/// Durations of motion, used to choose between paths.
+
+/// Speeds and lengths from which the durations of motions are estimated, to choose the faster one.
 pub(super) struct ScanSpeeds {
     speed: f64,
     acceleration: f64,
@@ -35,17 +36,17 @@ impl ScanSpeeds {
     }
 
     /// Duration from rest to rest at engraving speed, s.
-    fn engrave_time(&self, way: f64) -> f64 {
-        rest_to_rest(way, self.speed, self.acceleration)
+    fn engrave_time(&self, length: f64) -> f64 {
+        rest_to_rest(length, self.speed, self.acceleration)
     }
 
     /// Duration from rest to rest at travel speed, s.
-    fn travel_time(&self, way: f64) -> f64 {
-        rest_to_rest(way, self.travel, self.travel)
+    fn travel_time(&self, length: f64) -> f64 {
+        rest_to_rest(length, self.travel, self.travel)
     }
 
-    /// True if it is faster to brake before a gap, travel, and accelerate after it than to cross it
-    /// at engraving speed.
+    /// True if braking before a gap, travelling and accelerating after the gap is faster than
+    /// crossing the gap at engraving speed.
     fn is_travel_faster(&self, gap: f64) -> bool {
         let between = gap - 2.0 * self.run_up;
         let runs = 2.0 * self.engrave_time(2.0 * self.run_up);
@@ -54,11 +55,11 @@ impl ScanSpeeds {
 }
 
 /// Duration of a motion from rest to rest (model section 7), s.
-fn rest_to_rest(way: f64, speed: f64, acceleration: f64) -> f64 {
-    if way * acceleration > speed * speed {
-        way / speed + speed / acceleration
+fn rest_to_rest(length: f64, speed: f64, acceleration: f64) -> f64 {
+    if length * acceleration > speed * speed {
+        length / speed + speed / acceleration
     } else {
-        2.0 * (way / acceleration).sqrt()
+        2.0 * (length / acceleration).sqrt()
     }
 }
 
@@ -70,11 +71,11 @@ pub(super) struct Scan<'e> {
     engrave: &'e Engrave,
     speeds: ScanSpeeds,
     /// Number of lines with a burn so far.
-    burnt: usize,
+    burnt_lines: usize,
     /// Position of the tool.
     at: Option<[f64; 2]>,
     /// True if the last segment had power.
-    lit: bool,
+    is_lit: bool,
     /// Segments of one stretch: end as share of the width, and level.
     segments: Vec<(f64, u8)>,
 }
@@ -97,35 +98,35 @@ impl<'e> Scan<'e> {
             surface,
             engrave,
             speeds,
-            burnt: 0,
+            burnt_lines: 0,
             at: None,
-            lit: false,
+            is_lit: false,
             segments: Vec::new(),
         }
     }
 
-    /// Adds one line of levels at `down` (share of the height), made from this row of pixels (from
-    /// 0).
-    pub(super) fn line(&mut self, levels: &[u8], down: f64, row: usize, powers: &Powers) {
+    /// Adds one line of levels at `down` (share of the height). `row` is its row of pixels in the
+    /// image, counted from 0.
+    pub(super) fn add_line(&mut self, levels: &[u8], down: f64, row: usize, powers: &Powers) {
         let cells = levels.len() as f64;
         let runs = runs(levels);
         let mut stretches = self.stretches(&runs, self.grid.size()[0] / cells);
         if stretches.is_empty() {
             return;
         }
-        // Count burnt lines, not all: after a skipped line the tool still changes direction.
-        let back = self.engrave.both_directions && self.burnt % 2 == 1;
-        if back {
+        // Count only burnt lines, so that the direction alternates across skipped lines too.
+        let backwards = self.engrave.both_directions && self.burnt_lines % 2 == 1;
+        if backwards {
             stretches.reverse();
         }
-        self.burnt += 1;
+        self.burnt_lines += 1;
         let origin = Origin {
             line: u32::try_from(row.saturating_add(1)).unwrap_or(u32::MAX),
             ..Origin::NONE
         };
         for stretch in stretches {
             let runs = runs.get(stretch).unwrap_or_default();
-            self.set_segments(runs, cells, back);
+            self.set_segments(runs, cells, backwards);
             // Taken and put back to reuse its memory on every line.
             let segments = std::mem::take(&mut self.segments);
             for (nth, (right, level)) in segments.iter().enumerate() {
@@ -133,7 +134,7 @@ impl<'e> Scan<'e> {
                 match nth {
                     // The first segment leads to the start of the overscan, which may be far away.
                     0 => self.approach(to, origin),
-                    _ => self.segment(to, powers.of(*level), origin),
+                    _ => self.add_segment(to, powers.of(*level), origin),
                 }
             }
             self.segments = segments;
@@ -175,35 +176,35 @@ impl<'e> Scan<'e> {
     }
 
     /// Computes the segments of some runs; the first one ends where the overscan begins.
-    fn set_segments(&mut self, runs: &[ScanRun], cells: f64, back: bool) {
+    fn set_segments(&mut self, runs: &[ScanRun], cells: f64, backwards: bool) {
         self.segments.clear();
         let (Some(first), Some(last)) = (runs.first(), runs.last()) else {
             return;
         };
-        let beyond = self.speeds.run_up / self.grid.size()[0];
+        let overscan = self.speeds.run_up / self.grid.size()[0];
         let edge = |cell: usize| cell as f64 / cells;
         let (left, right) = (edge(first.from), edge(last.to));
-        if back {
-            self.segments.push((right + beyond, 0));
+        if backwards {
+            self.segments.push((right + overscan, 0));
             self.segments.push((right, 0));
-            let back = runs.iter().rev();
-            back.for_each(|run| self.extend(edge(run.from), run.level));
-            self.extend(left - beyond, 0);
+            let reversed = runs.iter().rev();
+            reversed.for_each(|run| self.extend(edge(run.from), run.level));
+            self.extend(left - overscan, 0);
         } else {
             // The overscan before the line is a separate segment, so that the burn begins at full
             // speed.
-            self.segments.push((left - beyond, 0));
+            self.segments.push((left - overscan, 0));
             self.segments.push((left, 0));
             runs.iter()
                 .for_each(|run| self.extend(edge(run.to), run.level));
-            self.extend(right + beyond, 0);
+            self.extend(right + overscan, 0);
         }
     }
 
-    /// Extends the last segment to here if it has this level, else adds one.
+    /// Extends the last segment to `to` if it has this level, else adds a segment.
     fn extend(&mut self, to: f64, level: u8) {
         match self.segments.last_mut() {
-            Some((end, same)) if *same == level => *end = to,
+            Some((end, last_level)) if *last_level == level => *end = to,
             _ => self.segments.push((to, level)),
         }
     }
@@ -218,35 +219,32 @@ impl<'e> Scan<'e> {
             self.at = Some(to);
             return;
         };
-        let way = distance(at, to);
-        if self.speeds.travel_time(way) < self.speeds.engrave_time(way) {
+        let length = distance(at, to);
+        if self.speeds.travel_time(length) < self.speeds.engrave_time(length) {
             // Without overscan the last segment has left the laser on.
-            if self.lit {
+            if self.is_lit {
                 self.plan.push(Action::Laser(false), origin);
-                self.lit = false;
+                self.is_lit = false;
             }
             self.travel(self.on_surface(to), Travel::Line, origin);
             self.at = Some(to);
         } else {
-            self.segment(to, 0.0, origin);
+            self.add_segment(to, 0.0, origin);
         }
     }
 
     /// Adds one segment of the path, unless it has no length.
-    fn segment(&mut self, to: [f64; 2], power: f32, origin: Origin) {
-        let to_there = self.on_surface(to);
-        if self.at.is_some_and(|at| self.on_surface(at) == to_there) {
+    fn add_segment(&mut self, to: [f64; 2], power: f32, origin: Origin) {
+        let target = self.on_surface(to);
+        if self.at.is_some_and(|at| self.on_surface(at) == target) {
             return;
         }
-        let to_there = Action::Burn {
-            to: to_there,
-            power,
-        };
-        self.plan.push(to_there, origin);
-        (self.at, self.lit) = (Some(to), power > 0.0);
+        let burn = Action::Burn { to: target, power };
+        self.plan.push(burn, origin);
+        (self.at, self.is_lit) = (Some(to), power > 0.0);
     }
 
-    /// J4 stays at 0 as on the path: turning it back would cost time.
+    /// Adds a travel move. J4 stays at 0, as on the path, because turning it would take time.
     fn travel(&mut self, [x, y, z]: [f32; 3], by: Travel, origin: Origin) {
         let to = [x, y, z, libm::atan2f(y, x).to_degrees()];
         self.plan.push(Action::Move { to, by }, origin);

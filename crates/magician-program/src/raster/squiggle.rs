@@ -1,8 +1,8 @@
-//! Squiggle: an image as lines to and fro that oscillate with larger amplitude and frequency where
-//! it is darker.
+//! Squiggle: an image drawn as rows, alternately forwards and backwards, whose lines oscillate with
+//! larger amplitude and frequency in darker areas.
 //!
-//! A row can be as light as a straight pen line. Lighter areas leave out rows: every second, fourth
-//! or eighth one remains and oscillates for the others.
+//! A row is at its lightest as a straight pen line. For lighter areas rows are left out: only every
+//! second, fourth or eighth row remains, and oscillates to make up for the others.
 
 use magician_host::message;
 use std::f64::consts::TAU;
@@ -31,34 +31,34 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     let rows = (height / trace.spacing()).round().max(1.0);
     check_bounds(message!("lines"), rows, rows * width * 4.0)?;
     let pitch = height / rows;
-    let swings = Swings::new(pitch, trace.pen_width);
-    let straight = swings.inked[0];
+    let oscillations = Oscillations::new(pitch, trace.pen_width);
+    let straight = oscillations.inked[0];
     let mut strokes = Vec::new();
     for row in 0..rows as usize {
         let y = (row as f64 + 0.5) * pitch;
         let darkness = |x: f64| shade.around([x, y], [AVERAGING_WINDOW * pitch, pitch]);
-        // Thinning here: all rows, every second, fourth or eighth.
-        let thinned = |dark: f64| {
-            let mut thinned = 0;
-            while thinned < MAX_THINNING && dark * f64::from(1_u32 << thinned) < straight {
-                thinned += 1;
+        // Thinning at this darkness: 0 keeps all rows, 1, 2 and 3 every second, fourth and eighth.
+        let thinning_for = |dark: f64| {
+            let mut thinning = 0;
+            while thinning < MAX_THINNING && dark * f64::from(1_u32 << thinning) < straight {
+                thinning += 1;
             }
-            thinned
+            thinning
         };
         let drawn = |x: f64| {
             let dark = darkness(x);
-            let thinned = thinned(dark);
+            let thinning = thinning_for(dark);
             // Blank if lighter than half of the lightest shade available.
             let blank = dark * f64::from(1_u32 << MAX_THINNING) < straight / 2.0;
-            !blank && THINNING_ORDER[row % THINNING_ORDER.len()] <= MAX_THINNING - thinned
+            !blank && THINNING_ORDER[row % THINNING_ORDER.len()] <= MAX_THINNING - thinning
         };
         let line = |[from, to]: [f64; 2]| {
             let mut points = Vec::new();
             let (mut x, mut phase) = (from, 0.0_f64);
             while x < to {
                 let dark = darkness(x);
-                let share = dark * f64::from(1_u32 << thinned(dark));
-                let Swing { amplitude, period } = swings.of(share);
+                let share = dark * f64::from(1_u32 << thinning_for(dark));
+                let Oscillation { amplitude, period } = oscillations.of(share);
                 points.push([x, y + amplitude * libm::sin(TAU * phase)]);
                 let step = (period / POINTS_PER_PERIOD).min(STRAIGHT_PIECE * pitch);
                 phase += step / period;
@@ -99,73 +99,75 @@ fn runs(length: f64, least: f64, step: f64, holds: impl Fn(f64) -> bool) -> Vec<
 
 /// Oscillation of a line.
 #[derive(Clone, Copy)]
-struct Swing {
+struct Oscillation {
     amplitude: f64,
     period: f64,
 }
 
-/// Oscillations with increasing ink, from a straight line to a line that inks everything up to the
-/// next: first the amplitude grows, then the frequency.
-struct Swings {
+/// Oscillations in order of increasing ink, from a straight line to a line that inks everything up
+/// to the next row. First the amplitude grows, then the frequency.
+struct Oscillations {
     pitch: f64,
-    pen: f64,
+    pen_width: f64,
     /// Share of the paper inked by each oscillation in order.
     inked: Vec<f64>,
 }
 
-impl Swings {
+impl Oscillations {
     const COUNT: usize = 24;
 
-    fn new(pitch: f64, pen: f64) -> Self {
-        let mut swings = Self {
+    fn new(pitch: f64, pen_width: f64) -> Self {
+        let mut oscillations = Self {
             pitch,
-            pen,
+            pen_width,
             inked: Vec::new(),
         };
         let mut inked: Vec<f64> = (0..=Self::COUNT)
-            .map(|nth| swings.coverage(swings.at(nth as f64 / Self::COUNT as f64)))
+            .map(|nth| {
+                oscillations.coverage(oscillations.interpolated(nth as f64 / Self::COUNT as f64))
+            })
             .collect();
         for nth in 1..inked.len() {
             inked[nth] = inked[nth].max(inked[nth - 1]);
         }
-        swings.inked = inked;
-        swings
+        oscillations.inked = inked;
+        oscillations
     }
 
-    fn at(&self, share: f64) -> Swing {
-        let faster = (2.0 * share - 1.0).max(0.0);
-        // At the highest frequency the turns reach between those of the next line.
-        let widest = (self.pitch - self.pen * (1.0 - 1.5 * faster)) / 2.0;
-        let (slow, fast) = (1.2 * self.pitch, 1.3 * self.pen);
+    fn interpolated(&self, share: f64) -> Oscillation {
+        let frequency_share = (2.0 * share - 1.0).max(0.0);
+        // At the highest frequency the crests reach between the troughs of the next row.
+        let max_amplitude = (self.pitch - self.pen_width * (1.0 - 1.5 * frequency_share)) / 2.0;
+        let (slow, fast) = (1.2 * self.pitch, 1.3 * self.pen_width);
         let slow = slow.max(fast);
-        Swing {
-            amplitude: widest.max(0.0) * (2.0 * share).min(1.0),
+        Oscillation {
+            amplitude: max_amplitude.max(0.0) * (2.0 * share).min(1.0),
             // Interpolates the frequency linearly.
-            period: 1.0 / ((1.0 - faster) / slow + faster / fast),
+            period: 1.0 / ((1.0 - frequency_share) / slow + frequency_share / fast),
         }
     }
 
     /// Oscillation that inks this share of the paper.
-    fn of(&self, share: f64) -> Swing {
+    fn of(&self, share: f64) -> Oscillation {
         let after = self.inked.partition_point(|inked| *inked < share);
         let Some(before) = after.checked_sub(1) else {
-            return self.at(0.0);
+            return self.interpolated(0.0);
         };
         let Some(most) = self.inked.get(after) else {
-            return self.at(1.0);
+            return self.interpolated(1.0);
         };
         let part = (share - self.inked[before]) / (most - self.inked[before]).max(1e-9);
-        self.at((before as f64 + part) / Self::COUNT as f64)
+        self.interpolated((before as f64 + part) / Self::COUNT as f64)
     }
 
-    /// Share of the paper inked by equal lines below each other. Measured on a raster, because ink
-    /// overlaps at turns and between neighbours.
-    fn coverage(&self, swing: Swing) -> f64 {
+    /// Share of the paper inked by rows that all have this oscillation. Measured on a raster,
+    /// because ink overlaps at crests and between neighbouring rows.
+    fn coverage(&self, oscillation: Oscillation) -> f64 {
         const ACROSS: usize = 32;
         const DOWN: usize = 48;
-        let Swing { amplitude, period } = swing;
+        let Oscillation { amplitude, period } = oscillation;
         let sine = |x: f64| amplitude * libm::sin(TAU * x / period);
-        let near = self.pen / 2.0;
+        let radius = self.pen_width / 2.0;
         let pieces = 3 * POINTS_PER_PERIOD as i64;
         let corner = |nth: i64| {
             let x = period * nth as f64 / POINTS_PER_PERIOD;
@@ -174,8 +176,8 @@ impl Swings {
         let corners: Vec<[f64; 2]> = (-pieces..=pieces).map(corner).collect();
         let is_inked = |x: f64, y: f64| {
             let ends = corners.windows(2);
-            let mut close = ends.filter(|ends| ends[0][0] < x + near && ends[1][0] > x - near);
-            close.any(|ends| distance_to_segment([x, y], ends[0], ends[1]) <= near)
+            let mut close = ends.filter(|ends| ends[0][0] < x + radius && ends[1][0] > x - radius);
+            close.any(|ends| distance_to_segment([x, y], ends[0], ends[1]) <= radius)
         };
         let mut inked = 0;
         for across in 0..ACROSS {

@@ -16,8 +16,8 @@ pub enum Tone {
     Dither,
 }
 
-/// Number of power steps between the least and the largest. A choice: neighbouring cells within one
-/// step share a segment.
+/// Number of power steps between the least and the largest. An arbitrary number: with fewer steps
+/// more neighbouring cells have equal power and share a segment.
 const LEVELS: u8 = 100;
 /// Level of full power; level 1 is the least power, 0 none.
 const FULL_LEVEL: u8 = LEVELS + 1;
@@ -45,7 +45,7 @@ impl Powers {
 /// transparent cells get none. `opacity` is empty if the image is opaque.
 pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: &Engrave) {
     let opaque = |at: usize| opacity.get(at).copied().unwrap_or(u8::MAX);
-    // Darkness as it shows over white.
+    // The grey values are those over white, so a cell is no darker than its opacity.
     for (at, cell) in cells.iter_mut().enumerate() {
         let dark = (255 - *cell).min(opaque(at));
         *cell = if engrave.invert {
@@ -63,8 +63,8 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
     let share = |dark: u8, opaque: u8| match opaque {
         0 => 0.0,
         _ => {
-            let own = f64::from(dark) / f64::from(opaque);
-            libm::pow(own, engrave.gamma) * f64::from(opaque) / 255.0
+            let darkness = f64::from(dark) / f64::from(opaque);
+            libm::pow(darkness, engrave.gamma) * f64::from(opaque) / 255.0
         }
     };
     match engrave.tone {
@@ -78,13 +78,15 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
                 };
             }
             if engrave.power[0] <= 0.0 {
-                map(cells, |level| if level == 1 { 0 } else { level });
+                apply_to_each(cells, |level| if level == 1 { 0 } else { level });
             }
         }
-        Tone::Threshold(level) => map(
-            cells,
-            |dark| if 255 - dark < level { FULL_LEVEL } else { 0 },
-        ),
+        Tone::Threshold(level) => {
+            apply_to_each(
+                cells,
+                |dark| if 255 - dark < level { FULL_LEVEL } else { 0 },
+            )
+        }
         Tone::Dither => {
             let dots = |share: f64| (share * 255.0).round() as u8;
             let table = table(|dark| dots(share(dark, u8::MAX)));
@@ -104,7 +106,7 @@ fn grey_level(share: f64) -> u8 {
     1 + (share * f64::from(LEVELS)).round() as u8
 }
 
-fn map(cells: &mut [u8], make: impl Fn(u8) -> u8) {
+fn apply_to_each(cells: &mut [u8], make: impl Fn(u8) -> u8) {
     cells.iter_mut().for_each(|cell| *cell = make(*cell));
 }
 
@@ -122,10 +124,10 @@ fn table(make: impl Fn(u8) -> u8) -> [u8; 256] {
 /// one side. Error passed to a transparent cell is dropped.
 fn diffuse(cells: &mut [u8], opacity: &[u8], columns: usize) {
     // An extra cell on either side receives the error at the edges.
-    let mut here = vec![0_i32; columns + 2];
-    let mut below = here.clone();
+    let mut this_row = vec![0_i32; columns + 2];
+    let mut next_row = this_row.clone();
     for (nth, row) in cells.chunks_exact_mut(columns.max(1)).enumerate() {
-        below.fill(0);
+        next_row.fill(0);
         for step in 0..columns {
             let (at, ahead) = match nth % 2 {
                 0 => (step, 1),
@@ -135,18 +137,18 @@ fn diffuse(cells: &mut [u8], opacity: &[u8], columns: usize) {
                 row[at] = 0;
                 continue;
             }
-            let wanted = i32::from(row[at]) * 16 + here[at + 1];
-            let full = wanted >= 128 * 16;
+            let target = i32::from(row[at]) * 16 + this_row[at + 1];
+            let full = target >= 128 * 16;
             row[at] = if full { FULL_LEVEL } else { 0 };
-            let off = wanted - if full { 255 * 16 } else { 0 };
+            let error = target - if full { 255 * 16 } else { 0 };
             let side = |by: isize| (at + 1).wrapping_add_signed(by);
-            // Integers: the remainder of the division goes to the cell below.
-            let shares = [7, 3, 1].map(|share| off * share / 16);
-            here[side(ahead)] += shares[0];
-            below[side(-ahead)] += shares[1];
-            below[side(ahead)] += shares[2];
-            below[at + 1] += off - shares.iter().sum::<i32>();
+            // The cell below also gets the remainder of the integer divisions.
+            let shares = [7, 3, 1].map(|share| error * share / 16);
+            this_row[side(ahead)] += shares[0];
+            next_row[side(-ahead)] += shares[1];
+            next_row[side(ahead)] += shares[2];
+            next_row[at + 1] += error - shares.iter().sum::<i32>();
         }
-        std::mem::swap(&mut here, &mut below);
+        std::mem::swap(&mut this_row, &mut next_row);
     }
 }

@@ -225,8 +225,8 @@ impl Trace {
 
 /// Reduces an image so that its pixels are at least `pixel` mm wide, and each side has at most
 /// `most` pixels.
-pub(super) fn reduced(image: &Raster, page: [f64; 2], pixel: f64, most: usize) -> Raster {
-    let shrink = (image.width.max(image.height) as f64 / most as f64).max(1.0);
+pub(super) fn reduced(image: &Raster, page: [f64; 2], pixel: f64, max_side: usize) -> Raster {
+    let shrink = (image.width.max(image.height) as f64 / max_side as f64).max(1.0);
     let side = |pixels: usize, length: f64| {
         let wanted = (pixels as f64 / shrink).min((length / pixel).ceil());
         (wanted.round() as usize).clamp(1, pixels)

@@ -56,7 +56,7 @@ fn inserted_commands_count_for_no_step() {
     assert_eq!(finished, [0, 1, 2, 2, 2, 3, 5].map(exactly));
     assert_eq!(counter.last(), Some((108, 5)));
     assert!(counter.has_passed_inserted(105) && !counter.has_passed_inserted(104));
-    // The oldest ones are kept as a number only.
+    // Of the oldest inserted commands only the number is kept.
     let mut counter = StepCounter::new(0, false);
     let many = 3 * MAX_INDEX_PAIRS as u64;
     for command in 1..=many {
@@ -87,7 +87,7 @@ fn checkpoint() -> Checkpoint {
     }
 }
 
-fn at(current: u64) -> Option<ObservedProgress> {
+fn progress_at(current: u64) -> Option<ObservedProgress> {
     Some(ObservedProgress {
         current,
         clock: 6000,
@@ -97,27 +97,27 @@ fn at(current: u64) -> Option<ObservedProgress> {
 #[test]
 fn killed_run_resumes_from_the_state_of_the_arm() {
     assert_eq!(
-        checkpoint().resume_point(at(160), &StepNumbering::default(), |_| Some(true)),
+        checkpoint().resume_point(progress_at(160), &StepNumbering::default(), |_| Some(true)),
         ResumePoint::After(60)
     );
     assert_eq!(
-        checkpoint().resume_point(at(145), &StepNumbering::default(), |_| Some(true)),
+        checkpoint().resume_point(progress_at(145), &StepNumbering::default(), |_| Some(true)),
         ResumePoint::After(45)
     );
     assert_eq!(
-        checkpoint().resume_point(at(160), &StepNumbering::default(), |_| None),
+        checkpoint().resume_point(progress_at(160), &StepNumbering::default(), |_| None),
         ResumePoint::After(60)
     );
     // The arm was stopped in the meantime.
     assert_eq!(
-        checkpoint().resume_point(at(160), &StepNumbering::default(), |_| Some(false)),
+        checkpoint().resume_point(progress_at(160), &StepNumbering::default(), |_| Some(false)),
         ResumePoint::Again(59)
     );
 }
 
 #[test]
 fn unknowable_progress_is_in_doubt() {
-    let all = ResumePoint::Doubt(StepRange {
+    let any_step = ResumePoint::Doubt(StepRange {
         least: 40,
         most: 100,
     });
@@ -125,10 +125,16 @@ fn unknowable_progress_is_in_doubt() {
         current: 160,
         clock: 4000,
     });
-    for seen in [None, reset, at(3), at(139), at(201)] {
+    for seen in [
+        None,
+        reset,
+        progress_at(3),
+        progress_at(139),
+        progress_at(201),
+    ] {
         assert_eq!(
             checkpoint().resume_point(seen, &StepNumbering::default(), |_| Some(true)),
-            all,
+            any_step,
             "{seen:?}"
         );
     }
@@ -141,7 +147,7 @@ fn unknowable_progress_is_in_doubt() {
         most: 53,
     });
     assert_eq!(
-        mixed.resume_point(at(153), &StepNumbering::default(), |_| Some(true)),
+        mixed.resume_point(progress_at(153), &StepNumbering::default(), |_| Some(true)),
         few
     );
     let fresh = Checkpoint::new("pen", Some(200), false);
@@ -149,43 +155,45 @@ fn unknowable_progress_is_in_doubt() {
         fresh.resume_point(None, &StepNumbering::default(), |_| None),
         ResumePoint::After(0)
     );
-    let begun = Checkpoint { handed: 1, ..fresh };
+    let just_begun = Checkpoint { handed: 1, ..fresh };
     assert_eq!(
-        begun.resume_point(None, &StepNumbering::default(), |_| None),
+        just_begun.resume_point(None, &StepNumbering::default(), |_| None),
         ResumePoint::Again(0)
     );
 }
 
 #[test]
-fn run_without_replies_is_judged_by_the_resting_arm() {
+fn run_without_replies_is_judged_by_the_index_at_rest() {
     let checkpoint = Checkpoint {
         handed: 64,
         clock: 5000,
         rest: Some(7),
         ..Checkpoint::new("pen", Some(200), false)
     };
-    let told = |checkpoint: &Checkpoint, current| {
-        checkpoint.resume_point(at(current), &StepNumbering::default(), |_| Some(true))
+    let resume_point = |checkpoint: &Checkpoint, current| {
+        checkpoint.resume_point(progress_at(current), &StepNumbering::default(), |_| {
+            Some(true)
+        })
     };
     assert_eq!(
-        told(&checkpoint, 7),
+        resume_point(&checkpoint, 7),
         ResumePoint::After(0),
         "nothing was taken"
     );
     assert_eq!(
-        told(&checkpoint, 8),
+        resume_point(&checkpoint, 8),
         ResumePoint::Again(0),
         "one may have been"
     );
     let several = ResumePoint::Doubt(StepRange { least: 0, most: 3 });
-    assert_eq!(told(&checkpoint, 10), several);
-    let all = ResumePoint::Doubt(StepRange { least: 0, most: 64 });
-    assert_eq!(told(&checkpoint, 6), all, "it was reset");
+    assert_eq!(resume_point(&checkpoint, 10), several);
+    let any_step = ResumePoint::Doubt(StepRange { least: 0, most: 64 });
+    assert_eq!(resume_point(&checkpoint, 6), any_step, "it was reset");
     let unknown = Checkpoint {
         rest: None,
         ..checkpoint
     };
-    assert_eq!(told(&unknown, 7), all);
+    assert_eq!(resume_point(&unknown, 7), any_step);
     // A lost reply causes the same doubt while the run lasts.
     let counter = StepCounter::new(0, false).from_rest(Some(7));
     assert_eq!(counter.certain(7), exactly(0));
@@ -204,7 +212,7 @@ fn recorded_end_of_a_run_is_trusted() {
     ] {
         let checkpoint = checkpoint().ended(resume_point);
         assert_eq!(
-            checkpoint.resume_point(at(7), &StepNumbering::default(), |_| Some(false)),
+            checkpoint.resume_point(progress_at(7), &StepNumbering::default(), |_| Some(false)),
             resume_point
         );
         let text = serde_json::to_string(&checkpoint).expect("it can be written");
@@ -247,31 +255,35 @@ fn run_without_an_answer_is_counted_from_the_index_at_rest() {
         ..Checkpoint::new("pen", Some(200), false)
     };
     let numbering = StepNumbering::default();
-    let told = |current, stands| {
-        let point = checkpoint.resume_point(at(current), &numbering, |_| Some(stands));
+    let point_and_doubt = |current, stands_after| {
+        let point =
+            checkpoint.resume_point(progress_at(current), &numbering, |_| Some(stands_after));
         (
             point,
             checkpoint
-                .doubt(at(current), &numbering)
+                .doubt(progress_at(current), &numbering)
                 .map(|doubt| doubt.why),
         )
     };
     for ahead in 7..=9 {
-        assert_eq!(told(ahead, true), (ResumePoint::After(0), None));
+        assert_eq!(point_and_doubt(ahead, true), (ResumePoint::After(0), None));
     }
-    assert_eq!(told(12, true), (ResumePoint::After(3), None));
-    assert_eq!(told(12, false), (ResumePoint::Again(2), None));
-    assert_eq!(told(6, true).1, Some(DoubtReason::Reset));
-    assert_eq!(told(74, true).1, Some(DoubtReason::ForeignCommands));
-    assert!(checkpoint.is_untouched(at(7)) && !checkpoint.is_untouched(at(8)));
-    // An arm that has finished nothing since power-up begins with 2.
-    let first = Checkpoint {
+    assert_eq!(point_and_doubt(12, true), (ResumePoint::After(3), None));
+    assert_eq!(point_and_doubt(12, false), (ResumePoint::Again(2), None));
+    assert_eq!(point_and_doubt(6, true).1, Some(DoubtReason::Reset));
+    assert_eq!(
+        point_and_doubt(74, true).1,
+        Some(DoubtReason::ForeignCommands)
+    );
+    assert!(checkpoint.is_untouched(progress_at(7)) && !checkpoint.is_untouched(progress_at(8)));
+    // The first command after power-up gets index 2.
+    let after_power_up = Checkpoint {
         rest: Some(0),
         index: StepCounter::new(0, false).from_rest(Some(0)).last(),
         ..checkpoint.clone()
     };
     for (current, steps) in [(0, 0), (2, 1), (3, 2)] {
-        let point = first.resume_point(at(current), &numbering, |_| Some(true));
+        let point = after_power_up.resume_point(progress_at(current), &numbering, |_| Some(true));
         assert_eq!(point, ResumePoint::After(steps));
     }
     let counter = StepCounter::new(2, false).from_rest(Some(0));
@@ -295,10 +307,10 @@ fn run_without_an_answer_is_counted_from_the_index_at_rest() {
         ..checkpoint.clone()
     };
     assert_eq!(
-        mixed.resume_point(at(9), &numbering, |_| None),
+        mixed.resume_point(progress_at(9), &numbering, |_| None),
         ResumePoint::After(0)
     );
-    let doubt = mixed.doubt(at(12), &numbering).expect("a doubt");
+    let doubt = mixed.doubt(progress_at(12), &numbering).expect("a doubt");
     assert_eq!(
         (doubt.why, doubt.span),
         (DoubtReason::Mixed, StepRange { least: 0, most: 3 })

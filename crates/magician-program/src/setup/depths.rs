@@ -25,12 +25,13 @@ use walk::{Event, walk};
 const HEIGHT_TOLERANCE: f64 = 1e-3;
 /// Largest number of depths listed in a note; more are grouped into this many ranges.
 const MAX_LISTED_DEPTHS: usize = 6;
-/// Share of level feed moves below which a program is a relief, with continuously changing depth.
+/// Smallest share of level (horizontal) feed moves. A program with less is a relief: its depth
+/// changes continuously.
 const MIN_LEVEL_SHARE: f64 = 0.1;
-/// Share of feed moves above the surface from which a program is nearly all travel.
+/// Share of feed moves above the surface. A program with more is nearly all travel.
 const TRAVEL_SHARE: f64 = 0.9;
 
-/// Length of repeated cuts, drawn once, from which a note reports them, mm.
+/// Smallest length of repeated cuts (drawn once) that a note reports, mm.
 const MIN_REPORTED_LENGTH: f64 = 1.0;
 
 /// Treatment of depths below the first one at which a program draws.
@@ -60,7 +61,7 @@ pub(super) struct DepthSurvey {
     /// Lowest Z at which the program draws.
     pub(super) deepest: f64,
     /// True if a single Z does not cover the drawing, or nearly all feed moves are travel.
-    several: bool,
+    needs_flattening: bool,
 }
 
 impl DepthSurvey {
@@ -93,7 +94,7 @@ impl DepthSurvey {
         if !first.is_finite() {
             return None;
         }
-        let several = match pen_z {
+        let needs_flattening = match pen_z {
             Some(z) => deepest < z - HEIGHT_TOLERANCE,
             None => first > lowest + TOUCH_HEIGHT,
         };
@@ -101,7 +102,7 @@ impl DepthSurvey {
             threshold,
             first: pen_z.unwrap_or(first),
             deepest,
-            several: several || air > TRAVEL_SHARE * (air + drawn),
+            needs_flattening: needs_flattening || air > TRAVEL_SHARE * (air + drawn),
         })
     }
 }
@@ -146,7 +147,7 @@ impl Levels {
             highest: f64::NEG_INFINITY,
             ..Self::default()
         };
-        let (mut across, mut any) = (None::<f64>, None::<f64>);
+        let (mut lowest_horizontal, mut lowest_any) = (None::<f64>, None::<f64>);
         let least = |low: f64, known: Option<f64>| Some(known.map_or(low, |known| known.min(low)));
         let mut at: Option<[f64; 3]> = None;
         let mut arrival = Some(Arrival::Unknown);
@@ -156,12 +157,12 @@ impl Levels {
             };
             found.highest = found.highest.max(to[2]);
             let Some(from) = at.replace(to) else { continue };
-            let way = Segment::of(step, from, to);
+            let segment = Segment::of(step, from, to);
             let fed = step.action.marks();
             let rise = to[2] - from[2];
-            if !way.moves_horizontally() {
+            if !segment.moves_horizontally() {
                 if fed {
-                    any = least(way.low(), any);
+                    lowest_any = least(segment.low(), lowest_any);
                 }
                 if rise != 0.0 {
                     // A level run that the tool reached from an unknown side is travel if the tool
@@ -172,17 +173,17 @@ impl Levels {
                     {
                         level.from_below += u32::from(level.fed > 0.0);
                     }
-                    let up = if rise > 0.0 {
+                    let direction = if rise > 0.0 {
                         Arrival::Up
                     } else {
                         Arrival::Down
                     };
-                    arrival = Some(up);
+                    arrival = Some(direction);
                 }
                 continue;
             }
             if fed {
-                across = least(way.low(), across);
+                lowest_horizontal = least(segment.low(), lowest_horizontal);
             }
             let length = distance([from[0], from[1]], [to[0], to[1]]);
             if rise.abs() > HEIGHT_TOLERANCE {
@@ -203,7 +204,7 @@ impl Levels {
             }
             arrival = None;
         }
-        found.lowest = across.or(any);
+        found.lowest = lowest_horizontal.or(lowest_any);
         found
     }
 
@@ -212,14 +213,14 @@ impl Levels {
         let near = lowest + TOUCH_HEIGHT;
         let all = self.levels.iter();
         let all = all.map(|(thousandths, level)| (*thousandths as f64 / 1000.0, level));
-        let travelled = { all.clone() }
+        let travel_height = { all.clone() }
             .filter(|(z, level)| *z > near && level.travelled > 0.0)
             .max_by(|(_, one), (_, other)| one.travelled.total_cmp(&other.travelled))
             .map(|(z, _)| z);
         let has_surface_at_0 = lowest < -HEIGHT_TOLERANCE && self.highest > HEIGHT_TOLERANCE;
         // The level with the longest rapid moves is the travel height, unless 0 already separates
         // cutting from travel.
-        let below_travel = match travelled {
+        let below_travel = match travel_height {
             Some(z) if !has_surface_at_0 => z,
             _ => f64::INFINITY,
         };
@@ -247,11 +248,12 @@ impl Levels {
             let at_0 = first.filter(|z| *z >= -HEIGHT_TOLERANCE);
             return at_0.map_or(below(ceiling), |_| near.max(HEIGHT_TOLERANCE));
         }
-        let level: f64 = { all.filter(|(z, _)| *z < ceiling) }
+        let level_length: f64 = { all.filter(|(z, _)| *z < ceiling) }
             .map(|(_, level)| level.fed)
             .sum();
-        // A relief has almost no level feed: no level can be its first depth.
-        let is_relief = travelled.is_some() && level < MIN_LEVEL_SHARE * (level + self.slanted);
+        // A relief has almost no level feed moves, so none of its levels is the first depth.
+        let is_relief = travel_height.is_some()
+            && level_length < MIN_LEVEL_SHARE * (level_length + self.slanted);
         match first {
             _ if is_relief => below(ceiling),
             Some(first) => first + HEIGHT_TOLERANCE,
@@ -264,7 +266,7 @@ fn thousandths(z: f64) -> i64 {
     (z * 1000.0).round() as i64
 }
 
-/// Lengths drawn by depth, mm in the size of the file.
+/// Length drawn at each depth, mm at the scale of the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DepthTally {
     /// Length of lines and arcs by depth in hundredths of a millimetre.
@@ -289,12 +291,12 @@ impl FlatProgram {
     /// Flattens a program to its first depth, to be drawn at this scale. `None` if it has a single
     /// depth, which is placed on the surface unchanged.
     pub(super) fn of(plan: &Plan, pen_z: Option<f64>, lift: f64, scale: f64) -> Option<Self> {
-        let survey = DepthSurvey::of(plan, pen_z).filter(|survey| survey.several)?;
+        let survey = DepthSurvey::of(plan, pen_z).filter(|survey| survey.needs_flattening)?;
         let mut flattener = Flattener::new(plan, survey.first, lift, survey.threshold, scale);
         walk(plan, survey.threshold, |event| {
             flattener.handle_event(event)
         });
-        let (plan, tally) = flattener.done();
+        let (plan, tally) = flattener.finish();
         Some(Self {
             plan,
             touch: survey.first,
@@ -369,11 +371,11 @@ impl DepthTally {
                     if let Some(least) = least {
                         let most = self.lengths.range(..=from).next_back();
                         let most = most.map_or(from, |(z, _)| *z);
-                        let way = length(sum * scale);
+                        let length_text = length(sum * scale);
                         listed.push(if least == most {
-                            format!("{way} at Z{}", at(most))
+                            format!("{length_text} at Z{}", at(most))
                         } else {
-                            format!("{way} at Z{} to Z{}", at(most), at(least))
+                            format!("{length_text} at Z{} to Z{}", at(most), at(least))
                         });
                     }
                     from -= size;
@@ -393,7 +395,7 @@ impl DepthTally {
     }
 }
 
-/// Note that the tool goes below the surface on request.
+/// Returns the note that the tool goes below the surface on request. `None` for a single depth.
 pub(super) fn kept_depths_note(survey: &DepthSurvey) -> Option<Diagnostic> {
     let deep = survey.first - survey.deepest;
     (deep > HEIGHT_TOLERANCE).then(|| {
@@ -405,7 +407,7 @@ pub(super) fn kept_depths_note(survey: &DepthSurvey) -> Option<Diagnostic> {
     })
 }
 
-/// Length for people: `140 mm`, `2.81 m`.
+/// Length with its unit as shown in notes: `140 mm`, `2.81 m`.
 fn length(mm: f64) -> String {
     match mm {
         mm if mm >= 1000.0 => format!("{:.2} m", mm / 1000.0),

@@ -45,7 +45,7 @@ impl Setup {
         };
         let side = bounds.map_or(0.0, |[least, most]| most[axis] - least[axis]);
         let scale = wanted / side;
-        // A line has no height, and dividing by it gives no scale.
+        // A horizontal line has height 0, and a division by 0 gives no scale.
         if !(scale > 0.0 && scale.is_finite()) {
             let name = [message!("width"), message!("height")][axis].clone();
             let message = message!(
@@ -161,12 +161,12 @@ impl Setup {
             return wanted;
         }
         let marking = self.marking();
-        let rough = artwork.thinned(ESTIMATE_ACCURACY / wanted);
-        let laid = |setup: &Self| rough.largest(&setup.layout().ok()?, &marking);
-        match laid(self) {
+        let thinned = artwork.thinned(ESTIMATE_ACCURACY / wanted);
+        let largest_scale = |setup: &Self| thinned.largest(&setup.layout().ok()?, &marking);
+        match largest_scale(self) {
             Some(scale) if scale >= wanted || !self.placement.turn => scale,
             straight => {
-                let turned = laid(&self.turned(90.0)).filter(|_| self.placement.turn);
+                let turned = largest_scale(&self.turned(90.0)).filter(|_| self.placement.turn);
                 straight
                     .into_iter()
                     .chain(turned)
@@ -244,8 +244,8 @@ impl Setup {
         let (mut placed, misfit) = artwork.placed_with_misfit(&self.layout()?, &marking)?;
         if !artwork.areas.is_empty() {
             let fill = self.filling.fill(matches!(self.work, Work::Engrave(_)));
-            let bare = placed.artwork.fill(&fill);
-            notes.extend(too_small_note(bare, fill.spacing));
+            let unfilled = placed.artwork.fill(&fill);
+            notes.extend(too_small_note(unfilled, fill.spacing));
             if placed.artwork.strokes.is_empty() {
                 return Err(
                     Diagnostic::of_file(message!("its shapes are too small to be filled")).remedy(
@@ -265,7 +265,7 @@ impl Setup {
     }
 }
 
-/// Note that duplicate lines are drawn once.
+/// Returns the note about duplicate lines, which are drawn once. `None` if there are none.
 fn duplicates_note(repeated: usize) -> Option<Diagnostic> {
     let what = match repeated {
         0 => return None,
@@ -273,11 +273,11 @@ fn duplicates_note(repeated: usize) -> Option<Diagnostic> {
         count => message!("drawn once, though it is there twice: {count} lines", count),
     };
     let note = Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut);
-    let again = "draws it as often as it is there";
-    Some(note.remedy((Setting::Dedupe, SettingValue::Off), again))
+    let effect = "draws it as often as it is there";
+    Some(note.remedy((Setting::Dedupe, SettingValue::Off), effect))
 }
 
-/// Note that some shapes have no fill lines.
+/// Returns the note about shapes without fill lines. `None` if there are none.
 fn too_small_note(shapes: usize, spacing: f64) -> Option<Diagnostic> {
     let message = match shapes {
         0 => return None,
@@ -294,7 +294,7 @@ fn too_small_note(shapes: usize, spacing: f64) -> Option<Diagnostic> {
     Some(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
 }
 
-/// Note that specks of an image are not drawn.
+/// Returns the note about specks of an image, which are not drawn. `None` if there are none.
 fn specks_note(specks: usize, size: f64) -> Option<Diagnostic> {
     let size = (size * 1e6).round() / 1e6;
     let message = match specks {

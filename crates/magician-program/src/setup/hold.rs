@@ -1,8 +1,8 @@
 //! Keeps a pen above its surface: motion below the surface is raised onto it.
 //!
-//! The plan is followed with two positions: the programmed one and the one held above the surface.
-//! Relative steps count from the programmed position, so a later step that rises above the surface
-//! again ends at its programmed target.
+//! Two positions are tracked along the plan: the programmed one, and the one held above the
+//! surface. Relative steps count from the programmed position, so a later step that rises above the
+//! surface again ends at its programmed target.
 
 use magician_host::message;
 use magician_host::{Setting, SettingValue};
@@ -22,19 +22,19 @@ type Point = [f64; 3];
 /// Largest depth below the surface that was avoided, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RaisedDepth {
-    most: f64,
+    depth: f64,
 }
 
 impl RaisedDepth {
-    pub(super) const fn new(most: f64) -> Self {
-        Self { most }
+    pub(super) const fn new(depth: f64) -> Self {
+        Self { depth }
     }
 
-    /// Note with that depth.
+    /// Note that states the depth.
     pub(super) fn note(self) -> Diagnostic {
         let what = message!(
             "it goes up to {most:.1} mm below the surface: the pen draws that on the surface",
-            most = self.most
+            most = self.depth
         );
         Diagnostic::of_file(what)
             .coded(DiagnosticCode::Assumed)
@@ -55,8 +55,8 @@ pub(super) fn handles_objects(plan: &Plan) -> bool {
     plan.steps.iter().any(holds)
 }
 
-/// Raises all motion of a plan below a surface onto the surface. `None` if nothing lies below it by
-/// at least [`MIN_REPORTED_DEPTH`].
+/// Raises the motion of a plan that leads below the surface onto it. Returns the largest depth
+/// avoided, or `None` if it is less than [`MIN_REPORTED_DEPTH`].
 ///
 /// # Errors
 /// [`Diagnostic`] for the first step whose joint angles lead below the surface.
@@ -68,7 +68,7 @@ pub(crate) fn hold_above(
         surface,
         geometry: Geometry::magician(plan.tool.map_or(POWER_UP_TOOL, Tool::bias)),
         at: None,
-        most: 0.0,
+        max_depth: 0.0,
     };
     let steps = std::mem::take(&mut plan.steps);
     plan.steps.reserve_exact(steps.len());
@@ -76,14 +76,14 @@ pub(crate) fn hold_above(
         match holder.hold(&mut step.action) {
             Ok(None) => {}
             Ok(Some(before)) => plan.steps.push(Step::new(before, step.origin)),
-            Err(deep) => return Err(by_joints(nth, step.origin, deep)),
+            Err(deep) => return Err(joint_angles_error(nth, step.origin, deep)),
         }
         plan.steps.push(step);
     }
-    Ok((holder.most >= MIN_REPORTED_DEPTH).then_some(RaisedDepth::new(holder.most)))
+    Ok((holder.max_depth >= MIN_REPORTED_DEPTH).then_some(RaisedDepth::new(holder.max_depth)))
 }
 
-fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
+fn joint_angles_error(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
     let message = message!(
         "step {nth} leads {deep:.1} mm below the surface by joint angles",
         nth = nth + 1,
@@ -95,25 +95,25 @@ fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
     )
 }
 
-/// Position of a tool, and the position it would have without being held.
+/// Position of a tool held above the surface, and its programmed position.
 #[derive(Clone, Copy)]
-struct Place {
+struct TrackedPosition {
     held: Point,
-    free: Point,
+    programmed: Point,
 }
 
 struct Holder {
     surface: Surface,
     geometry: Geometry,
-    at: Option<Place>,
-    most: f64,
+    at: Option<TrackedPosition>,
+    max_depth: f64,
 }
 
 impl Holder {
     /// Changes an action so that it stays above the surface; returns an action to insert before it.
     ///
     /// # Errors
-    /// The depth of a target given in joint angles.
+    /// Depth below the surface, mm, of a target given in joint angles.
     fn hold(&mut self, action: &mut Action) -> Result<Option<Action>, f64> {
         match action {
             Action::Move { to, .. } => self.pose(to),
@@ -122,7 +122,7 @@ impl Holder {
             Action::Path { to } => return Ok(self.path(to)),
             Action::Burn { to, .. } => self.point(to),
             Action::Arc { via, to } => return Ok(self.arc(via, to)),
-            // The arm's settings determine the end of homing.
+            // The home point is a setting of the arm, so the position after homing is unknown.
             Action::Home => self.at = None,
             Action::Command(command) => return self.command(command),
             // Waits, tools and markers do not move the arm.
@@ -174,7 +174,7 @@ impl Holder {
             }
             other => {
                 if other.row().effect.moves_arm() {
-                    // A foreign motion: relative steps after it have no known start.
+                    // A motion that is not tracked: relative steps after it have no known start.
                     self.at = None;
                 }
                 return Ok(None);
@@ -196,28 +196,28 @@ impl Holder {
         z - self.surface.at([x, y])
     }
 
-    /// Nearest position on or above the surface.
-    fn raised(&mut self, free: Point) -> Point {
-        let above = self.height_above(free);
+    /// Position raised vertically onto the surface if it lies below.
+    fn raised(&mut self, programmed: Point) -> Point {
+        let above = self.height_above(programmed);
         if above >= -DEPTH_TOLERANCE || !above.is_finite() {
-            return free;
+            return programmed;
         }
-        self.most = self.most.max(-above);
-        let [x, y, _] = free;
+        self.max_depth = self.max_depth.max(-above);
+        let [x, y, _] = programmed;
         [x, y, self.surface.at([x, y])]
     }
 
-    fn move_free(&mut self, free: Point) -> Point {
-        let held = self.raised(free);
-        self.at = Some(Place { held, free });
+    fn move_to(&mut self, programmed: Point) -> Point {
+        let held = self.raised(programmed);
+        self.at = Some(TrackedPosition { held, programmed });
         held
     }
 
     fn point(&mut self, to: &mut [f32; 3]) {
-        let free = to.map(f64::from);
-        let held = self.move_free(free);
+        let programmed = to.map(f64::from);
+        let held = self.move_to(programmed);
         // Unchanged targets keep their exact bits.
-        if held != free {
+        if held != programmed {
             to[2] = held[2] as f32;
         }
     }
@@ -229,16 +229,17 @@ impl Holder {
     }
 
     fn shift(&mut self, by: &mut [f32; 4]) {
-        // From an unknown start a relative step cannot be judged; the check covers its reach.
-        let Some(Place { held, free }) = self.at else {
+        // Without a known start the height of a relative step is unknown. The check of the plan
+        // tests whether it is within reach.
+        let Some(TrackedPosition { held, programmed }) = self.at else {
             return;
         };
-        let way = [by[0], by[1], by[2]].map(f64::from);
-        let to = [0, 1, 2].map(|axis: usize| free[axis] + way[axis]);
+        let offset = [by[0], by[1], by[2]].map(f64::from);
+        let to = [0, 1, 2].map(|axis: usize| programmed[axis] + offset[axis]);
         let from = held[2];
-        let held = self.move_free(to);
+        let held = self.move_to(to);
         // Unchanged offsets keep their exact bits.
-        if held[2] - from != way[2] {
+        if held[2] - from != offset[2] {
             by[2] = (held[2] - from) as f32;
         }
     }
@@ -246,13 +247,16 @@ impl Holder {
     fn joints(&mut self, to: [f32; 4]) -> Result<(), f64> {
         let joints = to.map(f64::from);
         let pose = self.geometry.forward(&joints.into());
-        let free = [pose.x, pose.y, pose.z];
-        let above = self.height_above(free);
+        let programmed = [pose.x, pose.y, pose.z];
+        let above = self.height_above(programmed);
         // Joint angles cannot be corrected in Z alone, so such a step is refused.
         if above < -MIN_REPORTED_DEPTH {
             return Err(-above);
         }
-        self.at = Some(Place { held: free, free });
+        self.at = Some(TrackedPosition {
+            held: programmed,
+            programmed,
+        });
         Ok(())
     }
 
@@ -260,13 +264,14 @@ impl Holder {
     fn path(&mut self, to: &mut [f32; 3]) -> Option<Action> {
         let before = self.at;
         self.point(to);
-        let from = before?.free;
-        let free = self.at?.free;
-        let (here, there) = (self.height_above(from), self.height_above(free));
+        let from = before?.programmed;
+        let programmed = self.at?.programmed;
+        let (here, there) = (self.height_above(from), self.height_above(programmed));
         let crosses = here.min(there) < -DEPTH_TOLERANCE && here.max(there) > DEPTH_TOLERANCE;
         crosses.then(|| {
             let share = here / (here - there);
-            let [x, y] = [0, 1].map(|axis: usize| from[axis] + share * (free[axis] - from[axis]));
+            let [x, y] =
+                [0, 1].map(|axis: usize| from[axis] + share * (programmed[axis] - from[axis]));
             let to = [x, y, self.surface.at([x, y])].map(|value| value as f32);
             Action::Path { to }
         })
@@ -277,22 +282,22 @@ impl Holder {
         let from = self.at;
         // Only the three points of an arc are tested, because an arc cannot be split like a line.
         let points = [*via, *to].map(|[x, y, z, _]| [x, y, z].map(f64::from));
-        let ends = points.into_iter().chain(from.map(|from| from.free));
+        let ends = points.into_iter().chain(from.map(|from| from.programmed));
         let is_below = ends
             .map(|end| self.height_above(end))
             .any(|above| above < -DEPTH_TOLERANCE);
         if !is_below {
-            self.move_free(points[1]);
+            self.move_to(points[1]);
             return None;
         }
         for (pose, [x, y, z]) in [via, to].into_iter().zip(points) {
-            self.move_free([x, y, z]);
+            self.move_to([x, y, z]);
             pose[2] = self.surface.at([x, y]) as f32;
         }
         let [x, y, _] = points[1];
-        self.at = Some(Place {
+        self.at = Some(TrackedPosition {
             held: [x, y, self.surface.at([x, y])],
-            free: points[1],
+            programmed: points[1],
         });
         let [x, y, z] = from?.held;
         let on = self.surface.at([x, y]);
@@ -303,9 +308,12 @@ impl Holder {
     }
 }
 
-fn target(action: &Action) -> Option<Place> {
+fn target(action: &Action) -> Option<TrackedPosition> {
     let held = action.target()?.map(f64::from);
-    Some(Place { held, free: held })
+    Some(TrackedPosition {
+        held,
+        programmed: held,
+    })
 }
 
 #[cfg(test)]
@@ -417,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn plan_above_the_surface_stays_to_the_bit() {
+    fn plan_above_the_surface_keeps_its_exact_bits() {
         let mut held = plan([
             Action::Path {
                 to: [200.0, 0.0, -50.00005],

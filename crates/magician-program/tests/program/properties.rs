@@ -1,5 +1,5 @@
-//! Accepted programs stay within limits, others are refused before the first byte, and no input
-//! panics a reader. The long form is in `fuzz`.
+//! Accepted programs stay within limits, others are refused before the first byte is sent, and no
+//! input makes a reader panic. The targets in `fuzz` test the readers for longer.
 
 use std::cell::Cell;
 use std::path::Path;
@@ -23,10 +23,10 @@ fn config(cases: u32) -> ProptestConfig {
     }
 }
 
-/// Result for an input text.
+/// Outcome of a text that is read, checked and run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FileOutcome {
-    /// Refused by its reader, or because there is no place for it.
+    /// Refused by the reader, or because it cannot be placed.
     Unread,
     /// Refused by the check.
     Refused,
@@ -34,7 +34,7 @@ enum FileOutcome {
     Done,
 }
 
-fn planned(format: Format, text: &str, fit: bool) -> Result<Plan, Diagnostic> {
+fn placed_plan(format: Format, text: &str, fit: bool) -> Result<Plan, Diagnostic> {
     let content = read(format, text.as_bytes(), &ReadOptions::default())?.content;
     let mut setup = Setup::default();
     setup.assumed_surface = Some(Surface::level(-60.0));
@@ -42,9 +42,10 @@ fn planned(format: Format, text: &str, fit: bool) -> Result<Plan, Diagnostic> {
     Ok(setup.plan(format, content)?.fitting()?.plan)
 }
 
-/// Runs an accepted text without an alarm; checks that nothing of a refused one is sent.
-fn fate(format: Format, text: &str, fit: bool) -> Result<FileOutcome, TestCaseError> {
-    let plan = match planned(format, text, fit) {
+/// Reads, checks and runs a text. Asserts that an accepted text runs without an alarm, and that
+/// nothing of a refused text is sent.
+fn run_text(format: Format, text: &str, fit: bool) -> Result<FileOutcome, TestCaseError> {
+    let plan = match placed_plan(format, text, fit) {
         Ok(plan) => plan,
         Err(diagnostic) => {
             prop_assert!(!diagnostic.message.is_empty());
@@ -88,15 +89,15 @@ fn fate(format: Format, text: &str, fit: bool) -> Result<FileOutcome, TestCaseEr
 }
 
 /// Runs a property and prints how many texts had which result.
-fn fates<S: Strategy>(
+fn count_outcomes<S: Strategy>(
     cases: u32,
     strategy: S,
-    fate: impl Fn(S::Value) -> Result<FileOutcome, TestCaseError>,
+    run: impl Fn(S::Value) -> Result<FileOutcome, TestCaseError>,
 ) -> [u32; 3] {
     let counts: [Cell<u32>; 3] = Default::default();
     let mut runner = proptest::test_runner::TestRunner::new(config(cases));
     let outcome = runner.run(&strategy, |value| {
-        let count = &counts[fate(value)? as usize];
+        let count = &counts[run(value)? as usize];
         count.set(count.get() + 1);
         Ok(())
     });
@@ -115,9 +116,9 @@ fn one_of(words: &'static [&'static str]) -> impl Strategy<Value = String> + Clo
     proptest::sample::select(words).prop_map(str::to_owned)
 }
 
-/// Numbers as people and programs write them; the second kind is useless for an arm.
+/// Numbers as people and programs write them, and rarely an odd one, such as NaN or an overflow.
 fn number(range: std::ops::Range<f64>) -> impl Strategy<Value = String> + Clone {
-    let usual = range.prop_map(|value| format!("{value:.3}"));
+    let in_range = range.prop_map(|value| format!("{value:.3}"));
     let odd = one_of(&[
         "0",
         "-0",
@@ -139,7 +140,7 @@ fn number(range: std::ops::Range<f64>) -> impl Strategy<Value = String> + Clone 
         "184467440737095516160",
         "0.0000000000001",
     ]);
-    prop_oneof![400 => usual, 1 => odd]
+    prop_oneof![400 => in_range, 1 => odd]
 }
 
 fn word(
@@ -174,8 +175,9 @@ fn g_line() -> impl Strategy<Value = String> + Clone {
 }
 
 fn g_code() -> impl Strategy<Value = String> {
-    // Few programs change units or use relative coordinates: those lead far away.
-    let wild = proptest::option::weighted(
+    // Some programs have one line that leads far away, such as a change of units or to relative
+    // coordinates.
+    let far_line = proptest::option::weighted(
         0.3,
         one_of(&[
             "G1 X400 Y0",
@@ -191,10 +193,10 @@ fn g_code() -> impl Strategy<Value = String> {
             "M3 S1e9",
         ]),
     );
-    (wild, vec(g_line(), 1..30)).prop_map(|(wild, lines)| {
+    (far_line, vec(g_line(), 1..30)).prop_map(|(far_line, lines)| {
         format!(
             "G21 G90\nG0 X220 Y0 Z10\n{}\n{}\n",
-            wild.unwrap_or_default(),
+            far_line.unwrap_or_default(),
             lines.join("\n")
         )
     })
@@ -202,7 +204,8 @@ fn g_code() -> impl Strategy<Value = String> {
 
 #[test]
 fn g_code_stays_within_limits_or_is_refused() {
-    let [_, refused, done] = fates(400, g_code(), |text| fate(Format::Gcode, &text, false));
+    let [_, refused, done] =
+        count_outcomes(400, g_code(), |text| run_text(Format::Gcode, &text, false));
     assert!(refused >= 30 && done >= 100, "{refused} {done}");
 }
 
@@ -247,14 +250,14 @@ fn shape() -> impl Strategy<Value = String> + Clone {
             "<g/>"
         ]),
     ];
-    let turned = (
+    let transformed = (
         one_of(&["rotate", "translate", "scale", "skewX", "matrix"]),
         number(-1.0..3.0),
         plain.clone(),
     );
     prop_oneof![
         6 => plain,
-        1 => turned.prop_map(|(how, by, shape)| format!("<g transform=\"{how}({by})\">{shape}</g>")),
+        1 => transformed.prop_map(|(how, by, shape)| format!("<g transform=\"{how}({by})\">{shape}</g>")),
     ]
 }
 
@@ -280,9 +283,10 @@ fn svg() -> impl Strategy<Value = (String, bool)> {
 
 #[test]
 fn svg_stays_within_limits_or_is_refused() {
-    let [unread, refused, done] = fates(45, svg(), |(text, fit)| fate(Format::Svg, &text, fit));
+    let [unread, refused, done] =
+        count_outcomes(45, svg(), |(text, fit)| run_text(Format::Svg, &text, fit));
     assert!(unread >= 5 && done >= 20, "{unread} {refused} {done}");
-    // Everything with a place can be drawn.
+    // Everything that can be placed can be drawn.
     assert_eq!(refused, 0);
 }
 
@@ -298,7 +302,10 @@ fn large_files_run_or_are_refused() {
          <g fill=\"none\" stroke=\"black\">{}</g></svg>",
         lines.collect::<String>()
     );
-    assert_eq!(fate(Format::Svg, &svg, false).unwrap(), FileOutcome::Done);
+    assert_eq!(
+        run_text(Format::Svg, &svg, false).unwrap(),
+        FileOutcome::Done
+    );
     let rows = (0..5000).map(|nth| {
         let y = f64::from(nth % 50) * 0.5;
         format!("G1 X{} Y{y}\n", if nth % 2 == 0 { 220 } else { 250 })
@@ -308,18 +315,19 @@ fn large_files_run_or_are_refused() {
         rows.collect::<String>()
     );
     assert_eq!(
-        fate(Format::Gcode, &program, false).unwrap(),
+        run_text(Format::Gcode, &program, false).unwrap(),
         FileOutcome::Done
     );
     let far = format!("{program}G1 X900\n");
     assert_eq!(
-        fate(Format::Gcode, &far, false).unwrap(),
+        run_text(Format::Gcode, &far, false).unwrap(),
         FileOutcome::Refused
     );
 }
 
-/// Any bytes are read or refused, and a reported place is within the file.
-fn any_reader(bytes: &[u8]) -> Result<(), TestCaseError> {
+/// Asserts that every reader reads or refuses the bytes, and that the reported position lies within
+/// the text.
+fn check_all_readers(bytes: &[u8]) -> Result<(), TestCaseError> {
     let text = std::str::from_utf8(bytes).ok();
     let formats = Format::ALL.into_iter().chain(Format::of("unknown", bytes));
     for format in formats {
@@ -353,7 +361,7 @@ fn any_reader(bytes: &[u8]) -> Result<(), TestCaseError> {
 }
 
 /// The samples, and a plan file.
-fn files() -> Vec<Vec<u8>> {
+fn sample_files() -> Vec<Vec<u8>> {
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples");
     let mut names: Vec<_> = (std::fs::read_dir(samples).unwrap())
         .map(|entry| entry.unwrap().path())
@@ -367,7 +375,7 @@ fn files() -> Vec<Vec<u8>> {
     let drawing = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9mm\" height=\"9mm\"><path d=\"M0 0h9v9\" \
                    stroke=\"#000\" fill=\"none\"/></svg>";
     files.push(
-        planned(Format::Svg, drawing, false)
+        placed_plan(Format::Svg, drawing, false)
             .unwrap()
             .to_json()
             .into_bytes(),
@@ -375,16 +383,16 @@ fn files() -> Vec<Vec<u8>> {
     files
 }
 
-/// Change to a file: something is replaced by something else.
+/// Change to a file: replaces `removed` bytes at `at` by `inserted`.
 #[derive(Clone, Debug)]
 struct Change {
     at: prop::sample::Index,
-    out: usize,
-    new: Vec<u8>,
+    removed: usize,
+    inserted: Vec<u8>,
 }
 
 fn change() -> impl Strategy<Value = Change> {
-    let new = prop_oneof![
+    let inserted = prop_oneof![
         vec(any::<u8>(), 0..4),
         one_of(&[
             "nan",
@@ -403,10 +411,12 @@ fn change() -> impl Strategy<Value = Change> {
         ])
         .prop_map(String::into_bytes),
     ];
-    (any::<prop::sample::Index>(), 0_usize..12, new).prop_map(|(at, out, new)| Change {
-        at,
-        out,
-        new,
+    (any::<prop::sample::Index>(), 0_usize..12, inserted).prop_map(|(at, removed, inserted)| {
+        Change {
+            at,
+            removed,
+            inserted,
+        }
     })
 }
 
@@ -415,12 +425,12 @@ proptest! {
 
     #[test]
     fn no_bytes_make_a_reader_panic(bytes in vec(any::<u8>(), 0..200)) {
-        any_reader(&bytes)?;
+        check_all_readers(&bytes)?;
     }
 
     #[test]
     fn no_text_makes_a_reader_panic(text in "[ -~\\n]{0,120}") {
-        any_reader(text.as_bytes())?;
+        check_all_readers(text.as_bytes())?;
     }
 }
 
@@ -434,17 +444,17 @@ proptest! {
         cut in proptest::option::weighted(0.2, any::<prop::sample::Index>()),
     ) {
         thread_local! {
-            static FILES: Vec<Vec<u8>> = files();
+            static FILES: Vec<Vec<u8>> = sample_files();
         }
         let mut bytes = FILES.with(|files| files[which.index(files.len())].clone());
-        for Change { at, out, new } in changes {
+        for Change { at, removed, inserted } in changes {
             let at = at.index(bytes.len().max(1)).min(bytes.len());
-            let end = (at + out).min(bytes.len());
-            bytes.splice(at..end, new);
+            let end = (at + removed).min(bytes.len());
+            bytes.splice(at..end, inserted);
         }
         if let Some(cut) = cut {
             bytes.truncate(cut.index(bytes.len().max(1)));
         }
-        any_reader(&bytes)?;
+        check_all_readers(&bytes)?;
     }
 }

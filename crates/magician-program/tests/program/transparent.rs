@@ -19,7 +19,7 @@ const SIZE: f64 = 30.0;
 /// Centre on the table, mm.
 const CENTRE: [f64; 2] = [250.0, 0.0];
 /// Height of the table, mm.
-const TABLE: f64 = -60.0;
+const TABLE_HEIGHT: f64 = -60.0;
 
 fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
@@ -59,9 +59,9 @@ fn palette(border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
 }
 
 /// Encodes the framed image in format number `kind` (0 to 7) of those with transparency.
-fn file(kind: usize, border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
+fn file(format_number: usize, border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
     let image = DynamicImage::from(framed(border, inside));
-    match kind {
+    match format_number {
         0 => encoded(image, ImageFormat::Png),
         1 => encoded(DynamicImage::from(image.to_luma_alpha8()), ImageFormat::Png),
         2 => encoded(DynamicImage::from(image.to_rgba16()), ImageFormat::Png),
@@ -73,16 +73,16 @@ fn file(kind: usize, border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
     }
 }
 
-fn prepared_plan(bytes: &[u8], said: Value) -> Result<Plan, Diagnostic> {
-    let Value::Object(mut fields) = said else {
-        panic!("{said}");
+fn prepared_plan(bytes: &[u8], options: Value) -> Result<Plan, Diagnostic> {
+    let Value::Object(mut fields) = options else {
+        panic!("{options}");
     };
     let own = json!({"at": CENTRE, "width": SIZE});
     fields.extend(own.as_object().cloned().unwrap_or_default());
     let mut file = PrepareRequest::new(Format::Image, bytes);
     file.options = SetupOptions::from_fields(&fields).unwrap();
     file.defaults = SetupDefaults::default();
-    file.defaults.surface = Some(Surface::level(TABLE));
+    file.defaults.surface = Some(Surface::level(TABLE_HEIGHT));
     match file.prepare()? {
         Preparation::Done(laid) => Ok(laid.program.plan().clone()),
         Preparation::NeedsStart => panic!("an image begins anywhere"),
@@ -102,7 +102,9 @@ fn marks(plan: &Plan) -> Vec<([f64; 2], [f64; 2], f64)> {
             _ => continue,
         };
         let burns = matches!(step.action, Action::Burn { .. });
-        let down = [at[2], to[2]].iter().all(|z| (z - TABLE).abs() < 1e-3);
+        let down = [at[2], to[2]]
+            .iter()
+            .all(|z| (z - TABLE_HEIGHT).abs() < 1e-3);
         if (burns && power > 0.0) || (!burns && down && !plan.burns()) {
             marks.push(([at[0], at[1]], [to[0], to[1]], power));
         }
@@ -119,7 +121,7 @@ fn distance_outside([x, y]: [f64; 2]) -> f64 {
 }
 
 /// Burnt length, weighted by its share of the full power.
-fn burnt(plan: &Plan) -> f64 {
+fn burnt_length(plan: &Plan) -> f64 {
     let length = |from: [f64; 2], to: [f64; 2]| (to[0] - from[0]).hypot(to[1] - from[1]);
     let marks = marks(plan);
     marks
@@ -144,7 +146,11 @@ fn inverted_engraving_burns_a_white_logo_on_transparent() {
     );
     let plan = prepared_plan(&logo, json!({"work": "engrave", "invert": true})).unwrap();
     // Lines 0.2 mm apart on 10 by 10 mm.
-    assert!((burnt(&plan) - 500.0).abs() < 15.0, "{}", burnt(&plan));
+    assert!(
+        (burnt_length(&plan) - 500.0).abs() < 15.0,
+        "{}",
+        burnt_length(&plan)
+    );
     let clear = prepared_plan(
         &file(0, [0; 3], [0; 4]),
         json!({"work": "engrave", "invert": true}),
@@ -157,7 +163,7 @@ fn inverted_engraving_burns_a_white_logo_on_transparent() {
 
 #[test]
 fn half_transparent_pixels_burn_in_proportion() {
-    for (said, inside) in [
+    for (options, inside) in [
         (json!({"work": "engrave"}), [0, 0, 0, 255]),
         (json!({"work": "engrave", "mode": "dither"}), [0, 0, 0, 255]),
         (
@@ -170,20 +176,24 @@ fn half_transparent_pixels_burn_in_proportion() {
             [102, 102, 102, 255],
         ),
     ] {
-        let whole = burnt(&prepared_plan(&file(0, [9; 3], inside), said.clone()).unwrap());
+        let whole =
+            burnt_length(&prepared_plan(&file(0, [9; 3], inside), options.clone()).unwrap());
         for opacity in [64_u8, 128, 191] {
             let [red, green, blue, _] = inside;
             let glass = file(0, [9; 3], [red, green, blue, opacity]);
-            let share = burnt(&prepared_plan(&glass, said.clone()).unwrap()) / whole;
+            let share = burnt_length(&prepared_plan(&glass, options.clone()).unwrap()) / whole;
             let expected = f64::from(opacity) / 255.0;
-            assert!((share - expected).abs() < 0.03, "{said} {opacity}: {share}");
+            assert!(
+                (share - expected).abs() < 0.03,
+                "{options} {opacity}: {share}"
+            );
         }
     }
 }
 
 /// Image options, and the largest allowed distance of a mark from opaque pixels, mm: half the width
 /// of a line or a dot, or the blur of a shaded style.
-fn options() -> impl Strategy<Value = (Map<String, Value>, f64)> {
+fn image_options() -> impl Strategy<Value = (Map<String, Value>, f64)> {
     let engrave = prop_oneof![Just("grey"), Just("threshold"), Just("dither")]
         .prop_map(|mode| (json!({"work": "engrave", "mode": mode}), 0.35));
     let draw = prop_oneof![
@@ -202,30 +212,33 @@ fn options() -> impl Strategy<Value = (Map<String, Value>, f64)> {
         any::<bool>(),
         any::<bool>(),
     );
-    (kind, greys, 1..=255_u8, 3..=8_u8).prop_map(|((said, blur), greys, threshold, levels)| {
-        let mut said = said.as_object().cloned().unwrap();
+    (kind, greys, 1..=255_u8, 3..=8_u8).prop_map(|((options, blur), greys, threshold, levels)| {
+        let mut options = options.as_object().cloned().unwrap();
         let (brightness, contrast, gamma, invert, fine) = greys;
-        said.insert("brightness".into(), brightness.into());
-        said.insert("contrast".into(), contrast.into());
-        said.insert("gamma".into(), gamma.into());
-        said.insert("invert".into(), invert.into());
-        match (said.get("mode"), said.get("image").and_then(Value::as_str)) {
+        options.insert("brightness".into(), brightness.into());
+        options.insert("contrast".into(), contrast.into());
+        options.insert("gamma".into(), gamma.into());
+        options.insert("invert".into(), invert.into());
+        match (
+            options.get("mode"),
+            options.get("image").and_then(Value::as_str),
+        ) {
             (Some(mode), _) => {
                 if mode == "threshold" {
-                    said.insert("threshold".into(), threshold.into());
+                    options.insert("threshold".into(), threshold.into());
                 }
                 let spacing = if fine { 0.15 } else { 0.7 };
-                said.insert("spacing".into(), spacing.into());
+                options.insert("spacing".into(), spacing.into());
             }
             (_, Some("outline" | "centerline")) => {
-                said.insert("threshold".into(), threshold.into());
+                options.insert("threshold".into(), threshold.into());
             }
             (_, Some("halftone" | "hatch")) => {
-                said.insert("levels".into(), levels.into());
+                options.insert("levels".into(), levels.into());
             }
             _ => {}
         }
-        (said, if fine { blur } else { blur + 0.5 })
+        (options, if fine { blur } else { blur + 0.5 })
     })
 }
 
@@ -234,7 +247,7 @@ proptest! {
 
     #[test]
     fn transparent_border_is_never_burnt_nor_drawn(
-        (said, blur) in options(),
+        (options, blur) in image_options(),
         kind in 0..8_usize,
         border in any::<[u8; 3]>(),
         inside in any::<[u8; 3]>(),
@@ -244,17 +257,17 @@ proptest! {
         // A GIF pixel is either transparent or opaque.
         let opacity = if kind == 4 { 255 } else { opacity };
         let [red, green, blue] = inside;
-        let mut said = said;
+        let mut options = options;
         if crop {
-            said.insert("crop".into(), json!([0, 0, SIDE, SIDE]));
+            options.insert("crop".into(), json!([0, 0, SIDE, SIDE]));
         }
         let bytes = file(kind, border, [red, green, blue, opacity]);
         // A refusal is allowed: there may be nothing to draw.
-        if let Ok(plan) = prepared_plan(&bytes, Value::Object(said.clone())) {
+        if let Ok(plan) = prepared_plan(&bytes, Value::Object(options.clone())) {
             for (from, to, power) in marks(&plan) {
                 for place in [from, to] {
                     let off = distance_outside(place);
-                    prop_assert!(off <= blur, "{said:?}: {off:.2} mm beyond, {power} %");
+                    prop_assert!(off <= blur, "{options:?}: {off:.2} mm beyond, {power} %");
                 }
             }
         }
@@ -272,8 +285,8 @@ fn large_image_keeps_its_opacity() {
     for format in [ImageFormat::Png, ImageFormat::Tiff, ImageFormat::Bmp] {
         let bytes = encoded(image.clone(), format);
         let size = Cursor::new(&bytes).get_ref().len();
-        let said = json!({"work": "engrave", "invert": true, "width": 100.0});
-        let plan = prepared_plan(&bytes, said)
+        let options = json!({"work": "engrave", "invert": true, "width": 100.0});
+        let plan = prepared_plan(&bytes, options)
             .unwrap_or_else(|error| panic!("{format:?} {size}: {error}"));
         let marks = marks(&plan);
         assert!(!marks.is_empty(), "{format:?}");

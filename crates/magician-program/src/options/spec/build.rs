@@ -56,14 +56,14 @@ pub(in crate::options) const fn area(group: OptionGroup) -> OptionSpec {
 
 /// Switch that is off by default.
 pub(in crate::options) const fn switch(group: OptionGroup) -> OptionSpec {
-    row(OptionKind::Switch, group, "").or(DefaultValue::Switch(false))
+    row(OptionKind::Switch, group, "").default_value(DefaultValue::Switch(false))
 }
 
 /// Switch that is on by default; `off` describes the purpose of switching it off.
 pub(in crate::options) const fn switch_off(group: OptionGroup, off: &'static str) -> OptionSpec {
     OptionSpec {
         off,
-        ..row(OptionKind::Switch, group, "").or(DefaultValue::Switch(true))
+        ..row(OptionKind::Switch, group, "").default_value(DefaultValue::Switch(true))
     }
 }
 
@@ -95,7 +95,7 @@ pub(in crate::options) const fn first_of(
     choices: &'static [&'static str],
 ) -> OptionSpec {
     match choices {
-        [first, ..] => choice(group, choices).or(DefaultValue::Word(first)),
+        [first, ..] => choice(group, choices).default_value(DefaultValue::Word(first)),
         [] => choice(group, choices),
     }
 }
@@ -116,14 +116,14 @@ impl OptionSpec {
         }
     }
 
-    pub(in crate::options) const fn or(self, default: DefaultValue) -> Self {
+    pub(in crate::options) const fn default_value(self, default: DefaultValue) -> Self {
         Self {
             default: Some(default),
             ..self
         }
     }
 
-    pub(in crate::options) const fn usually(self, usually: &'static str) -> Self {
+    pub(in crate::options) const fn default_text(self, usually: &'static str) -> Self {
         Self { usually, ..self }
     }
 
@@ -134,14 +134,14 @@ impl OptionSpec {
         }
     }
 
-    pub(in crate::options) const fn from(self, least: f64) -> Self {
+    pub(in crate::options) const fn at_least(self, least: f64) -> Self {
         Self {
             least: Some(least),
             ..self
         }
     }
 
-    pub(in crate::options) const fn to(self, most: f64) -> Self {
+    pub(in crate::options) const fn at_most(self, most: f64) -> Self {
         Self {
             most: Some(most),
             ..self

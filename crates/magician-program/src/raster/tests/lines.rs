@@ -9,17 +9,17 @@ struct Paper {
     width: usize,
     height: usize,
     /// Cells per mm.
-    fine: f64,
+    cells_per_mm: f64,
     ink: Vec<bool>,
 }
 
 impl Paper {
-    fn with(artwork: &Artwork, [width, height]: [f64; 2], pen: f64, fine: f64) -> Self {
-        let [width, height] = [width, height].map(|side| (side * fine).round() as usize);
+    fn with(artwork: &Artwork, [width, height]: [f64; 2], pen: f64, cells_per_mm: f64) -> Self {
+        let [width, height] = [width, height].map(|side| (side * cells_per_mm).round() as usize);
         let mut paper = Self {
             width,
             height,
-            fine,
+            cells_per_mm,
             ink: vec![false; width * height],
         };
         for [from, to] in pieces(&artwork.strokes) {
@@ -29,14 +29,16 @@ impl Paper {
     }
 
     fn line(&mut self, from: [f64; 2], to: [f64; 2], radius: f64) {
-        let cell = |at: f64, most: usize| (at * self.fine).floor().clamp(0.0, most as f64) as usize;
+        let cell = |at: f64, most: usize| {
+            (at * self.cells_per_mm).floor().clamp(0.0, most as f64) as usize
+        };
         let span = |axis: usize, most: usize| {
             let [low, high] = [from[axis].min(to[axis]), from[axis].max(to[axis])];
-            cell(low - radius, most)..cell(high + radius + 1.0 / self.fine, most)
+            cell(low - radius, most)..cell(high + radius + 1.0 / self.cells_per_mm, most)
         };
         for y in span(1, self.height) {
             for x in span(0, self.width) {
-                let at = [x, y].map(|cell| (cell as f64 + 0.5) / self.fine);
+                let at = [x, y].map(|cell| (cell as f64 + 0.5) / self.cells_per_mm);
                 if distance_to_segment(at, from, to) <= radius {
                     self.ink[y * self.width + x] = true;
                 }
@@ -46,7 +48,8 @@ impl Paper {
 
     /// Share of ink between two x positions, mm.
     fn share(&self, from: f64, to: f64) -> f64 {
-        let columns = (from * self.fine) as usize..((to * self.fine) as usize).min(self.width);
+        let columns = (from * self.cells_per_mm) as usize
+            ..((to * self.cells_per_mm) as usize).min(self.width);
         let rows = (0..self.height).map(|row| row * self.width);
         let cells = rows.flat_map(|row| columns.clone().map(move |column| row + column));
         let (inked, all) = cells.fold((0.0, 0.0), |(inked, all), cell| {
@@ -149,9 +152,9 @@ fn ink_of_each_grey_step_matches_its_tone() {
 fn scanned(artwork: &Artwork, page: [f64; 2], pen: f64) -> Raster {
     const DPI: f64 = 300.0;
     const OVERSAMPLING: usize = 3;
-    let fine = DPI / 25.4;
-    let paper = Paper::with(artwork, page, pen, fine * OVERSAMPLING as f64);
-    let [width, height] = page.map(|side| (side * fine) as usize);
+    let pixels_per_mm = DPI / 25.4;
+    let paper = Paper::with(artwork, page, pen, pixels_per_mm * OVERSAMPLING as f64);
+    let [width, height] = page.map(|side| (side * pixels_per_mm) as usize);
     let grey = (0..width * height).map(|at| {
         let [x, y] = [at % width, height - 1 - at / width];
         let cells = (0..OVERSAMPLING * OVERSAMPLING).map(|nth| {
@@ -169,7 +172,7 @@ fn scanned(artwork: &Artwork, page: [f64; 2], pen: f64) -> Raster {
         width,
         height,
         grey: grey.collect(),
-        pixel: Some([1.0 / fine; 2]),
+        pixel: Some([1.0 / pixels_per_mm; 2]),
         ..Raster::default()
     }
 }
@@ -226,18 +229,18 @@ fn a_scanned_text_is_traced_along_its_lines() {
         let mut traced = trace.lines(&image).unwrap().artwork;
         drawn.tidy(&Tidy::default());
         traced.tidy(&Tidy::default());
-        let (there, place) = farthest(&traced.strokes, &drawn.strokes);
-        let (back, missed) = farthest(&drawn.strokes, &traced.strokes);
+        let (extra, extra_at) = farthest(&traced.strokes, &drawn.strokes);
+        let (missing, missing_at) = farthest(&drawn.strokes, &traced.strokes);
         let count = drawn.strokes.len();
         let what = format!("{size} mm with a pen of {pen} mm");
         // If lines meet at an acute angle, their centres cannot be separated within the pen width.
         assert!(
-            there < f64::max(0.15, pen / 2.0),
-            "{what}: {there:.3} at {place:.2?}"
+            extra < f64::max(0.15, pen / 2.0),
+            "{what}: {extra:.3} at {extra_at:.2?}"
         );
         assert!(
-            back < 0.7,
-            "{what}: {back:.3} at {missed:.2?} is not traced"
+            missing < 0.7,
+            "{what}: {missing:.3} at {missing_at:.2?} is not traced"
         );
         assert!(
             traced.strokes.len().abs_diff(count) * 10 <= count,

@@ -281,7 +281,7 @@ impl Flattener {
     }
 
     /// Returns the program, and the lengths drawn by depth.
-    pub(super) fn done(mut self) -> (Plan, DepthTally) {
+    pub(super) fn finish(mut self) -> (Plan, DepthTally) {
         self.drop_repeated();
         let origin = self.run.last().map_or(Origin::NONE, |(_, origin)| *origin);
         self.end_run();
