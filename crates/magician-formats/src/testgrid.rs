@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use magician_host::{Message, message};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// Largest number of powers or speeds.
@@ -172,12 +173,12 @@ impl TestGridOptions {
     ///
     /// # Errors
     /// Name of the first field that is out of range, and a sentence about the fault.
-    pub fn check(&self) -> Result<(), (&'static str, String)> {
+    pub fn check(&self) -> Result<(), (&'static str, Message)> {
         let [_, strongest] = self.power.ends();
         if strongest > 100.0 {
             return Err((
                 "power",
-                format!("power is at most 100 percent, not {strongest}"),
+                message!("power is at most 100 percent, not {strongest}", strongest),
             ));
         }
         let [_, fastest] = self.speed.ends();
@@ -185,21 +186,26 @@ impl TestGridOptions {
             let most = Self::MAX_SPEED;
             return Err((
                 "speed",
-                format!("speed is at most {most} mm/s, not {fastest}"),
+                message!("speed is at most {most} mm/s, not {fastest}", most, fastest),
             ));
         }
         let [least, most] = Self::CELL_RANGE;
         if !(least..=most).contains(&self.cell) {
             return Err((
                 "cell",
-                format!("cell is {least} to {most} mm, not {}", self.cell),
+                message!(
+                    "cell is {least} to {most} mm, not {cell}",
+                    least,
+                    most,
+                    cell = self.cell
+                ),
             ));
         }
         if !(Self::MIN_SPACING..=self.cell).contains(&self.spacing) {
-            let message = format!(
-                "spacing is {} mm to the side of a cell, not {}",
-                Self::MIN_SPACING,
-                self.spacing
+            let message = message!(
+                "spacing is {least} mm to the side of a cell, not {spacing}",
+                least = Self::MIN_SPACING,
+                spacing = self.spacing
             );
             return Err(("spacing", message));
         }

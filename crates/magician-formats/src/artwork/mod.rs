@@ -14,7 +14,7 @@ mod tidy;
 pub use mark::Marking;
 pub use order::{Order, Saving};
 #[cfg(feature = "drawings")]
-pub(crate) use parts::numbered;
+pub(crate) use parts::index_or_push;
 pub use parts::{DrawingPart, Layer, PartPen, Style};
 pub use place::{FitFailure, rotated, rounded};
 pub use place::{Layout, PlacedArtwork, Sheet, WouldFit};

@@ -63,7 +63,7 @@ impl Artwork {
     /// Returns the index (from 1) of a layer. Adds the layer if it is new.
     #[cfg(feature = "drawings")]
     pub(crate) fn layer(&mut self, layer: &Layer) -> u32 {
-        numbered(&mut self.layers, layer)
+        index_or_push(&mut self.layers, layer)
     }
 
     /// Iterates over the strokes of each part, in the order of the parts, with the part's index.
@@ -94,7 +94,7 @@ impl Artwork {
 
 /// Returns the index (from 1) of a value in a list. Appends the value if it is new.
 #[cfg(feature = "drawings")]
-pub(crate) fn numbered<T: Clone + PartialEq>(list: &mut Vec<T>, value: &T) -> u32 {
+pub(crate) fn index_or_push<T: Clone + PartialEq>(list: &mut Vec<T>, value: &T) -> u32 {
     let place = list.iter().position(|known| known == value);
     let place = place.unwrap_or_else(|| {
         list.push(value.clone());

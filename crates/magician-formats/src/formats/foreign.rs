@@ -2,55 +2,61 @@
 
 use super::content;
 use crate::Diagnostic;
-use magician_host::message;
+use magician_host::{Message, message};
 
-/// A kind of unsupported file that people try.
+/// Unsupported file format that users are likely to try.
 struct ForeignFormat {
     /// File name extensions.
     endings: &'static [&'static str],
-    /// Name in a sentence.
-    what: &'static str,
+    /// Name with its article, as used in a sentence.
+    what: fn() -> Message,
     /// Advice on converting it to a supported format.
-    help: &'static str,
+    help: fn() -> Message,
 }
 
-const SAVE_AS_SVG: &str =
-    "open it in Inkscape and save it as SVG, or export SVG from the program that made it";
-const SAVE_AS_DXF: &str = "save it as DXF in the program that made it";
-const SAVE_AS_JPEG: &str = "save it as JPEG or PNG, and draw or burn that";
-const MODEL_KIND: &str = "a model of three dimensions";
-const EXPORT_MODEL: &str =
-    "export a drawing or a section of it as DXF or SVG, or G-code from a slicer or CAM program";
+const SAVE_AS_SVG: fn() -> Message = || {
+    message!("open it in Inkscape and save it as SVG, or export SVG from the program that made it")
+};
+const SAVE_AS_DXF: fn() -> Message = || message!("save it as DXF in the program that made it");
+const SAVE_AS_JPEG: fn() -> Message = || message!("save it as JPEG or PNG, and draw or burn that");
+const MODEL_KIND: fn() -> Message = || message!("a model of three dimensions");
+const EXPORT_MODEL: fn() -> Message = || {
+    message!(
+        "export a drawing or a section of it as DXF or SVG, or G-code from a slicer or CAM program"
+    )
+};
 
 const PDF: ForeignFormat = ForeignFormat {
     endings: &[".pdf"],
-    what: "a PDF document",
+    what: || message!("a PDF document"),
     help: SAVE_AS_SVG,
 };
 const POSTSCRIPT: ForeignFormat = ForeignFormat {
     endings: &[".eps", ".ps"],
-    what: "a PostScript drawing",
+    what: || message!("a PostScript drawing"),
     help: SAVE_AS_SVG,
 };
 const DWG: ForeignFormat = ForeignFormat {
     endings: &[".dwg"],
-    what: "a DWG drawing of AutoCAD",
+    what: || message!("a DWG drawing of AutoCAD"),
     help: SAVE_AS_DXF,
 };
 const HEIC: ForeignFormat = ForeignFormat {
     endings: &[".heic", ".heif"],
-    what: "a HEIC photo",
+    what: || message!("a HEIC photo"),
     help: SAVE_AS_JPEG,
 };
 const AVIF: ForeignFormat = ForeignFormat {
     endings: &[".avif"],
-    what: "an AVIF image",
+    what: || message!("an AVIF image"),
     help: SAVE_AS_JPEG,
 };
 const LIGHTBURN: ForeignFormat = ForeignFormat {
     endings: &[".lbrn", ".lbrn2"],
-    what: "a project of LightBurn",
-    help: "save G-code in LightBurn, for a GRBL laser, and burn that; or export SVG or DXF",
+    what: || message!("a project of LightBurn"),
+    help: || {
+        message!("save G-code in LightBurn, for a GRBL laser, and burn that; or export SVG or DXF")
+    },
 };
 const STL: ForeignFormat = ForeignFormat {
     endings: &[".stl"],
@@ -59,8 +65,12 @@ const STL: ForeignFormat = ForeignFormat {
 };
 const SCRIPT: ForeignFormat = ForeignFormat {
     endings: &[".script", ".py"],
-    what: "a program in Python, as the script editor of DobotStudio saves it",
-    help: "run it with Python: the vendor's library and the Python package of this program both run it",
+    what: || message!("a program in Python, as the script editor of DobotStudio saves it"),
+    help: || {
+        message!(
+            "run it with Python: the vendor's library and the Python package of this program both run it"
+        )
+    },
 };
 /// All kinds. Where the first bytes of a file identify a kind, they take precedence over its
 /// extension.
@@ -75,7 +85,7 @@ const FOREIGN_FORMATS: [&ForeignFormat; 12] = [
     &SCRIPT,
     &ForeignFormat {
         endings: &[".ai", ".cdr"],
-        what: "a drawing of Illustrator or CorelDRAW",
+        what: || message!("a drawing of Illustrator or CorelDRAW"),
         help: SAVE_AS_SVG,
     },
     &ForeignFormat {
@@ -87,13 +97,17 @@ const FOREIGN_FORMATS: [&ForeignFormat; 12] = [
     },
     &ForeignFormat {
         endings: &[".psd", ".xcf", ".kra", ".jxl", ".jp2", ".ico"],
-        what: "an image that is not read",
+        what: || message!("an image that is not read"),
         help: SAVE_AS_JPEG,
     },
     &ForeignFormat {
         endings: &[".docx", ".doc", ".odt", ".rtf"],
-        what: "a document of a word processor",
-        help: "save its text as a text file, and write that; or export a PDF and save that as SVG",
+        what: || message!("a document of a word processor"),
+        help: || {
+            message!(
+                "save its text as a text file, and write that; or export a PDF and save that as SVG"
+            )
+        },
     },
 ];
 
@@ -113,12 +127,12 @@ fn by_content(bytes: &[u8]) -> Option<&'static ForeignFormat> {
         Some(&POSTSCRIPT)
     } else if bytes.starts_with(b"AC10") && digits(4..6) {
         Some(&DWG)
-    } else if is_media && [b"avif", b"avis"].iter().any(|own| brand == *own) {
+    } else if is_media && [b"avif", b"avis"].iter().any(|known| brand == *known) {
         Some(&AVIF)
     } else if is_media
         && [b"heic", b"heix", b"hevc", b"mif1", b"msf1"]
             .iter()
-            .any(|own| brand == *own)
+            .any(|known| brand == *known)
     {
         Some(&HEIC)
     } else if content::begins_with_element(bytes, "LightBurnProject") {
@@ -132,9 +146,9 @@ impl ForeignFormat {
     fn diagnostic(&self) -> Diagnostic {
         Diagnostic::of_file(message!(
             "this is {what}, which is not read",
-            what = self.what
+            what = (self.what)()
         ))
-        .help(self.help)
+        .help((self.help)())
     }
 }
 
@@ -143,8 +157,8 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), Diagnostic> {
     by_content(bytes).map_or(Ok(()), |kind| Err(kind.diagnostic()))
 }
 
-/// Identifies a file of no [`Format`](super::Format) by its first bytes, else by its name, and
-/// returns advice on how to convert it. `None` if neither is known.
+/// Identifies a file that is in none of the supported [formats](super::Format) by its first bytes,
+/// else by its name, and returns advice on how to convert it. `None` if neither is known.
 ///
 /// ```
 /// let found = magician_formats::foreign("plan.pdf", b"%PDF-1.4").unwrap();

@@ -1,7 +1,8 @@
 //! Collector of notes that merges equal ones and counts them.
 
+use magician_host::{Message, message};
+
 use crate::{Diagnostic, DiagnosticCode, Origin};
-use magician_host::message;
 
 /// Largest number of distinct notes to keep. A choice that bounds memory and output for damaged
 /// files.
@@ -15,8 +16,14 @@ pub(super) struct Notes {
 
 impl Notes {
     /// Adds a note, or counts it if the same message was added before.
-    pub(super) fn add(&mut self, code: DiagnosticCode, origin: Origin, message: &str) {
-        if let Some((_, count)) = self.find(message) {
+    pub(super) fn add(
+        &mut self,
+        code: DiagnosticCode,
+        origin: Origin,
+        message: impl Into<Message>,
+    ) {
+        let message = message.into();
+        if let Some((_, count)) = self.find(&message) {
             *count += 1;
         } else if self.found.len() < MAX_DISTINCT_NOTES {
             let diagnostic = Diagnostic::new(origin, message).coded(code);
@@ -31,10 +38,11 @@ impl Notes {
         &mut self,
         code: DiagnosticCode,
         origin: Origin,
-        message: &str,
+        message: impl Into<Message>,
         advised: impl FnOnce(Diagnostic) -> Diagnostic,
     ) {
-        if self.find(message).is_none() && self.found.len() < MAX_DISTINCT_NOTES {
+        let message = message.into();
+        if self.find(&message).is_none() && self.found.len() < MAX_DISTINCT_NOTES {
             let diagnostic = Diagnostic::new(origin, message).coded(code);
             self.found.push((advised(diagnostic), 1));
         } else {
@@ -42,9 +50,9 @@ impl Notes {
         }
     }
 
-    fn find(&mut self, message: &str) -> Option<&mut (Diagnostic, u64)> {
+    fn find(&mut self, message: &Message) -> Option<&mut (Diagnostic, u64)> {
         let mut found = self.found.iter_mut();
-        found.find(|(diagnostic, _)| diagnostic.message == message)
+        found.find(|(diagnostic, _)| diagnostic.message == *message)
     }
 
     /// Returns the notes in the order in which they first occurred.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use magician_host::{Setting, SettingValue};
+use magician_host::{Setting, SettingValue, message};
 
 use super::{Chords, Content, Fills, Parsed, ReadOptions};
 use crate::artwork::Style;
@@ -27,16 +27,24 @@ pub(super) fn read(
     let text = decoded.text.trim_end_matches(['\n', '\r']);
     let lines = Lines::new(text);
     if text.trim().is_empty() {
-        return Err(Diagnostic::of_file("there is no text"));
+        return Err(Diagnostic::of_file(message!("there is no text")));
     }
     let count = text.chars().count();
     if count > MAX_CHARACTERS {
-        let message = format!("the text has {count} characters, limit {MAX_CHARACTERS}");
+        let message = message!(
+            "the text has {count} characters, limit {limit}",
+            count,
+            limit = MAX_CHARACTERS
+        );
         return Err(Diagnostic::of_file(message));
     }
     let size = options.text.size;
     if !(size > 0.0 && size <= MAX_CAPITAL_HEIGHT) {
-        let message = format!("a capital is {size} mm high, limit {MAX_CAPITAL_HEIGHT}");
+        let message = message!(
+            "a capital is {size} mm high, limit {limit}",
+            size,
+            limit = MAX_CAPITAL_HEIGHT
+        );
         return Err(Diagnostic::of_file(message)
             .remedy((Setting::Size, SettingValue::Any("MM")), "sets it"));
     }
@@ -100,10 +108,10 @@ fn substitution(
     } else {
         ""
     };
-    let message = format!(
-        "written in sans, because the font {} does not have them: {}{more}",
-        options.text.font,
-        named.join(", ")
+    let message = message!(
+        "written in sans, because the font {font} does not have them: {characters}",
+        font = options.text.font.to_string(),
+        characters = named.join(", ") + more
     );
     let note = Diagnostic::new(lines.origin(first.clone()), message);
     Some(note.coded(DiagnosticCode::Assumed))
@@ -129,7 +137,7 @@ fn notes(
         .collect();
     let more = missing.len().saturating_sub(MAX_NAMED_CHARACTERS);
     if more > 0 {
-        let message = format!("{more} more characters are left out");
+        let message = message!("{more} more characters are left out", more);
         notes.push(Diagnostic::new(Origin::NONE, message).coded(DiagnosticCode::LeftOut));
     }
     Ok(notes)

@@ -1,6 +1,6 @@
 //! Positions of the sliding rail in taught points.
 
-use magician_host::{Action as Deed, build};
+use magician_host::{Action as Deed, Message, build, message};
 
 use crate::{Action, Diagnostic, DiagnosticCode};
 
@@ -39,7 +39,7 @@ impl RailCourse {
     ///
     /// # Errors
     /// A sentence if the rail would have to move during an arc or a path, which the arm cannot do.
-    pub(super) fn with_rail(&mut self, motion: Action, l: Option<f32>) -> Result<Action, String> {
+    pub(super) fn with_rail(&mut self, motion: Action, l: Option<f32>) -> Result<Action, Message> {
         let Some(l) = l.or(self.at).filter(|_| self.used) else {
             return Ok(motion);
         };
@@ -48,8 +48,9 @@ impl RailCourse {
             return if before == Some(l) {
                 Ok(motion)
             } else {
-                Err(format!(
-                    "the rail moves to {l} mm on an arc or a path; it moves only along with point-to-point moves"
+                Err(message!(
+                    "the rail moves to {l} mm on an arc or a path; it moves only along with point-to-point moves",
+                    l
                 ))
             };
         }
@@ -66,10 +67,15 @@ impl RailCourse {
         let [least, most] = self.range;
         self.used.then(|| {
             let what = if least == most {
-                format!("it is played at {most} mm on the rail: the arm has to be on one")
+                message!(
+                    "it is played at {most} mm on the rail: the arm has to be on one",
+                    most
+                )
             } else {
-                format!(
-                    "it moves along the rail, from {least} to {most} mm: the arm has to be on one"
+                message!(
+                    "it moves along the rail, from {least} to {most} mm: the arm has to be on one",
+                    least,
+                    most
                 )
             };
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use magician_host::Remedy;
+use magician_host::{Message, Remedy};
 
 use crate::{Diagnostic, Missing, Origin};
 
@@ -10,14 +10,14 @@ use crate::{Diagnostic, Missing, Origin};
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SpanDiagnostic {
     pub(super) range: Range<usize>,
-    pub(super) message: magician_host::Message,
-    pub(super) help: Option<&'static str>,
+    pub(super) message: Message,
+    pub(super) help: Option<Message>,
     pub(super) remedies: Vec<Remedy>,
     pub(super) missing: Option<Missing>,
 }
 
 impl SpanDiagnostic {
-    pub(super) fn new(range: Range<usize>, message: impl Into<magician_host::Message>) -> Self {
+    pub(super) fn new(range: Range<usize>, message: impl Into<Message>) -> Self {
         Self {
             range,
             message: message.into(),
@@ -40,7 +40,7 @@ impl SpanDiagnostic {
     /// Converts to a diagnostic at the place of the byte range.
     pub(super) fn into_diagnostic(self, origin: Origin) -> Diagnostic {
         let mut diagnostic = Diagnostic::new(origin, self.message).with_missing(self.missing);
-        diagnostic.help = self.help.map(Into::into);
+        diagnostic.help = self.help;
         diagnostic.remedies = self.remedies;
         diagnostic
     }

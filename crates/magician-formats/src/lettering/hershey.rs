@@ -1,9 +1,10 @@
 //! Single-line fonts of A. V. Hershey, in the format of James Hurt.
 //!
-//! Each line of a file is a character, in the order of ASCII from the space on: its number (5
-//! characters), the number of pairs (3), then the pairs of two characters each. A coordinate is the
-//! character code minus that of `R`. The first pair is the left and right edge; ` R` lifts the pen.
-//! y grows downwards, the baseline is at 9, and capitals begin at -12.
+//! Each line of a file is a glyph, in the order of ASCII from the space on. It has the number of
+//! the glyph in a field of 5 characters, the number of coordinate pairs in a field of 3, and the
+//! pairs, each of 2 characters. A coordinate is the character code minus that of `R`. The first
+//! pair is the left and right edge; ` R` lifts the pen. y grows downwards, the baseline is at 9,
+//! and capitals begin at -12.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -51,12 +52,12 @@ impl Hershey {
         }
     }
 
-    /// Returns the glyph of a character in the file.
+    /// Returns the glyph that the file has for a character. `None` if it has none.
     pub(super) fn plain(&self, character: char) -> Option<Glyph> {
         self.plain.get(&character).cloned()
     }
 
-    /// Height of small letters without ascenders.
+    /// Height of lower-case letters without ascenders.
     pub(super) fn x_height(&self) -> f64 {
         match self.style {
             BundledFont::Sans | BundledFont::Gothic => 14.0,

@@ -8,9 +8,10 @@
 mod members;
 
 use std::borrow::Cow;
-use std::fmt::{self, Display};
+use std::fmt;
 use std::str::FromStr;
 
+use magician_host::{Message, message};
 use serde::Deserialize;
 use serde::de::{Deserializer as _, Error as _, MapAccess, SeqAccess, Visitor};
 use serde_json::value::RawValue;
@@ -50,23 +51,20 @@ impl<'t> Json<'t> {
     }
 
     /// Creates a diagnostic at the place of a value.
-    pub(crate) fn diagnostic(
-        &self,
-        value: &str,
-        message: impl Into<magician_host::Message>,
-    ) -> Diagnostic {
+    pub(crate) fn diagnostic(&self, value: &str, message: impl Into<Message>) -> Diagnostic {
         Diagnostic::new(self.origin(value, value.len()), message)
     }
 
     /// Creates the diagnostic for an unknown member, with the known ones.
-    pub(crate) fn unknown(&self, member: &Member<'_>, known: &str) -> Diagnostic {
+    pub(crate) fn unknown(&self, member: &Member<'_>, known: impl Into<Message>) -> Diagnostic {
         // A key with escapes was copied and has no place in the text.
         let place = match &member.key {
             Cow::Borrowed(key) => key,
             Cow::Owned(_) => member.value,
         };
-        self.diagnostic(place, format!("unknown member '{}'", member.key))
-            .help(format!("known are {known}"))
+        let message = message!("unknown member '{name}'", name = member.key);
+        self.diagnostic(place, message)
+            .help(message!("known are {known}", known = known.into()))
     }
 
     fn start(&self, part: &str) -> usize {
@@ -95,7 +93,7 @@ impl<'t> Json<'t> {
             .map_or(full.as_str(), |(what, _)| what);
         let place = part.get(at..).unwrap_or_default();
         let origin = self.origin(place, place.chars().next().map_or(0, char::len_utf8));
-        Diagnostic::new(origin, format!("this is not JSON: {what}"))
+        Diagnostic::new(origin, message!("this is not JSON: {what}", what))
     }
 
     /// Returns the members of an object. A duplicate member is an error.
@@ -123,7 +121,7 @@ impl<'t> Json<'t> {
         }
 
         if !value.starts_with('{') {
-            return Err(self.diagnostic(value, "expected an object, {..}"));
+            return Err(self.not_an_object(value));
         }
         let mut parser = serde_json::Deserializer::from_str(value);
         let members = parser
@@ -131,12 +129,15 @@ impl<'t> Json<'t> {
             .map_err(|error| self.syntax(value, &error))?;
         for (at, member) in members.iter().enumerate() {
             if members.iter().take(at).any(|other| other.key == member.key) {
-                return Err(
-                    self.diagnostic(member.value, format!("'{}' appears twice", member.key))
-                );
+                let message = message!("'{name}' appears twice", name = member.key);
+                return Err(self.diagnostic(member.value, message));
             }
         }
         Ok(members)
+    }
+
+    fn not_an_object(&self, value: &str) -> Diagnostic {
+        self.diagnostic(value, message!("expected an object, {form}", form = "{..}"))
     }
 
     /// Calls `visit` for each item of an array.
@@ -170,7 +171,7 @@ impl<'t> Json<'t> {
         }
 
         if !value.starts_with('[') {
-            return Err(self.diagnostic(value, "expected an array, [..]"));
+            return Err(self.diagnostic(value, message!("expected an array, [..]")));
         }
         let mut diagnostic = None;
         let items = Items {
@@ -194,7 +195,7 @@ impl<'t> Json<'t> {
     /// Parses a string.
     pub(crate) fn string(&self, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
         if !value.starts_with('"') {
-            return Err(self.diagnostic(value, "expected a string, \"..\""));
+            return Err(self.diagnostic(value, message!("expected a string, \"..\"")));
         }
         let text: Key<'t> =
             serde_json::from_str(value).map_err(|error| self.syntax(value, &error))?;
@@ -202,17 +203,20 @@ impl<'t> Json<'t> {
     }
 
     /// Parses a whole number that fits into `T`; `what` describes it in the message.
-    pub(crate) fn number<T: FromStr>(&self, value: &str, what: &str) -> Result<T, Diagnostic> {
-        value
-            .parse()
-            .map_err(|_| self.diagnostic(value, format!("expected {what}")))
+    pub(crate) fn number<T: FromStr>(
+        &self,
+        value: &str,
+        what: fn() -> Message,
+    ) -> Result<T, Diagnostic> {
+        let wrong = |_| self.diagnostic(value, message!("expected {what}", what = what()));
+        value.parse().map_err(wrong)
     }
 
     /// Parses a boolean.
     pub(crate) fn boolean(&self, value: &str) -> Result<bool, Diagnostic> {
         value
             .parse()
-            .map_err(|_| self.diagnostic(value, "expected true or false"))
+            .map_err(|_| self.diagnostic(value, message!("expected true or false")))
     }
 
     /// Parses one of a few words.
@@ -230,21 +234,17 @@ impl<'t> Json<'t> {
                 .iter()
                 .map(|(known, _)| format!("\"{known}\""))
                 .collect();
-            self.diagnostic(value, format!("expected {}", or(&names)))
+            self.diagnostic(value, message!("expected {what}", what = or(&names)))
         })
     }
 }
 
 /// Joins names as `a, b or c`.
-fn or(names: &[impl Display]) -> String {
-    let mut text = String::new();
-    for (at, name) in names.iter().enumerate() {
-        text += match at {
-            0 => "",
-            at if at + 1 == names.len() => " or ",
-            _ => ", ",
-        };
-        text += &name.to_string();
+fn or(names: &[String]) -> Message {
+    match names {
+        [before @ .., last] if !before.is_empty() => {
+            message!("{names} or {last}", names = before.join(", "), last)
+        }
+        _ => names.concat().into(),
     }
-    text
 }

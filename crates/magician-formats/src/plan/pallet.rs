@@ -99,7 +99,7 @@ impl Plan {
             columns,
             steps,
         } = pallet;
-        finite(steps.as_flattened(), "a corner of the pallet")?;
+        finite(steps.as_flattened(), || message!("a corner of the pallet"))?;
         let places = pallet
             .places()
             .and_then(|places| u32::try_from(places).ok());

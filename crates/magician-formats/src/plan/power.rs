@@ -285,8 +285,8 @@ fn unreached(steps: &[Step], profiles: &[Option<VelocityProfile>]) -> Option<Dia
     }
     let (first, feed, speed) = told?;
     let which = match (weak, strokes) {
-        (weak, strokes) if weak == strokes => "the arm".to_owned(),
-        _ => format!("in {weak} of {strokes} strokes the arm"),
+        (weak, strokes) if weak == strokes => message!("the arm"),
+        _ => message!("in {weak} of {strokes} strokes the arm", weak, strokes),
     };
     let message = message!(
         "M4: {which} never reaches F{feed:.0} ({feed_2:.1} mm/s), only {speed:.1} mm/s: it burns weaker \

@@ -5,8 +5,7 @@
 //! transformation on each command; the first command that would end up elsewhere refuses the whole
 //! transformation.
 
-use std::fmt::Display;
-
+use magician_host::{Message, message};
 use magician_protocol::{CpMode, PtpMode, Set};
 
 use super::{Action, Plan};
@@ -29,7 +28,7 @@ struct Map {
     about: [f64; 3],
     by: [f64; 3],
     /// Participle for messages: `moved`.
-    done: &'static str,
+    done: fn() -> Message,
 }
 
 /// Effect of a transformation on a command.
@@ -46,7 +45,7 @@ enum Outcome {
     /// Ends at the arm's own homing point.
     Home,
     /// Cannot be transformed, with the reason.
-    Refused(&'static str),
+    Refused(Message),
 }
 
 impl Plan {
@@ -57,10 +56,10 @@ impl Plan {
     /// A [`Diagnostic`] for the first step that cannot be moved (joint angles, homing points, a
     /// start from an unknown position), or if an offset is not finite.
     pub fn moved(&self, by: [f64; 3]) -> Result<Self, Diagnostic> {
-        finite(&by, "the offset")?;
+        finite(&by, || message!("the offset"))?;
         self.mapped(&Map {
             by,
-            ..Map::identity("moved")
+            ..Map::identity(|| message!("moved"))
         })
     }
 
@@ -84,18 +83,19 @@ impl Plan {
 
     /// Scales x and y by one factor and z by another about a fixed point.
     fn resized(&self, factor: f64, scale_z: f64, about: [f64; 3]) -> Result<Self, Diagnostic> {
-        finite(&[factor], "the factor")?;
-        finite(&about, "the point that stays")?;
+        finite(&[factor], || message!("the factor"))?;
+        finite(&about, || message!("the point that stays"))?;
         if factor <= 0.0 {
-            return Err(Diagnostic::of_file(format!(
-                "the scale is {factor}, it must be above 0"
+            return Err(Diagnostic::of_file(message!(
+                "the scale is {scale}, it must be above 0",
+                scale = factor
             )));
         }
         self.mapped(&Map {
             scale: factor,
             scale_z,
             about,
-            ..Map::identity("scaled")
+            ..Map::identity(|| message!("scaled"))
         })
     }
 
@@ -105,11 +105,11 @@ impl Plan {
     /// # Errors
     /// Same as [`moved`](Self::moved).
     pub fn mirrored(&self, x: f64) -> Result<Self, Diagnostic> {
-        finite(&[x], "the line to mirror about")?;
+        finite(&[x], || message!("the line to mirror about"))?;
         self.mapped(&Map {
             mirror: true,
             about: [x, 0.0, 0.0],
-            ..Map::identity("mirrored")
+            ..Map::identity(|| message!("mirrored"))
         })
     }
 
@@ -121,13 +121,13 @@ impl Plan {
     /// # Errors
     /// Same as [`moved`](Self::moved).
     pub fn rotated(&self, degrees: f64, [x, y]: [f64; 2]) -> Result<Self, Diagnostic> {
-        finite(&[degrees, x, y], "the turn")?;
+        finite(&[degrees, x, y], || message!("the turn"))?;
         self.mapped(&Map {
             degrees,
             turns_tool: !matches!(self.tool, Some(Tool::Pen | Tool::Laser)),
             turn: cos_sin(degrees),
             about: [x, y, 0.0],
-            ..Map::identity("turned")
+            ..Map::identity(|| message!("turned"))
         })
     }
 
@@ -164,7 +164,7 @@ impl Plan {
                 Outcome::Relative if placed || map.by == [0.0; 3] => {}
                 Outcome::FromCurrent if placed => {}
                 Outcome::Relative | Outcome::FromCurrent => {
-                    let why = "starts at the arm's position, which no earlier step gives";
+                    let why = message!("starts at the arm's position, which no earlier step gives");
                     return Err(self.refusal(at, map.done, why));
                 }
                 Outcome::Home => placed = false,
@@ -175,12 +175,17 @@ impl Plan {
         Ok(())
     }
 
-    fn refusal(&self, at: usize, done: &str, why: impl Display) -> Diagnostic {
+    fn refusal(&self, at: usize, done: fn() -> Message, why: Message) -> Diagnostic {
         let origin = self
             .steps
             .get(at)
             .map_or_else(Default::default, |step| step.origin);
-        let message = format!("step {} cannot be {done}: it {why}", at + 1);
+        let message = message!(
+            "step {step} cannot be {done}: it {why}",
+            step = at + 1,
+            done = done(),
+            why
+        );
         let diagnostic = Diagnostic::new(origin, message);
         match self.name_of(&origin) {
             Some(name) => diagnostic.named(name),
@@ -198,10 +203,10 @@ impl Plan {
         let mut plan = self.clone();
         plan.steps.clear();
         for by in ways {
-            finite(&by, "the offset of a position")?;
+            finite(&by, || message!("the offset of a position"))?;
             let map = Map {
                 by,
-                ..Map::identity("moved")
+                ..Map::identity(|| message!("moved"))
             };
             self.map_steps(&map, &mut plan.steps)?;
         }
@@ -220,17 +225,23 @@ fn check_size(plan: &Plan, times: usize) -> Result<usize, Diagnostic> {
         .checked_mul(times)
         .filter(|all| times <= 1 || times.max(*all) <= MAX_STEPS);
     all.ok_or_else(|| {
-        let message =
-            format!("{count} steps repeated {times} times are too many, limit {MAX_STEPS}");
-        Diagnostic::of_file(message)
+        Diagnostic::of_file(message!(
+            "{count} steps repeated {times} times are too many, limit {limit}",
+            count,
+            times,
+            limit = MAX_STEPS
+        ))
     })
 }
 
-pub(super) fn finite(numbers: &[f64], what: &str) -> Result<(), Diagnostic> {
+pub(super) fn finite(numbers: &[f64], what: fn() -> Message) -> Result<(), Diagnostic> {
     if numbers.iter().all(|number| number.is_finite()) {
         Ok(())
     } else {
-        Err(Diagnostic::of_file(format!("{what} is not a number")))
+        Err(Diagnostic::of_file(message!(
+            "{what} is not a number",
+            what = what()
+        )))
     }
 }
 
@@ -249,7 +260,7 @@ fn cos_sin(degrees: f64) -> [f64; 2] {
 }
 
 impl Map {
-    fn identity(done: &'static str) -> Self {
+    fn identity(done: fn() -> Message) -> Self {
         Self {
             scale: 1.0,
             scale_z: 1.0,
@@ -350,7 +361,7 @@ impl Map {
     fn action(&self, action: &mut Action) -> Outcome {
         match action {
             Action::Move { to, .. } => self.pose(to),
-            Action::Joints { .. } => JOINTS_OUTCOME,
+            Action::Joints { .. } => refused_joints(),
             Action::Shift {
                 by: [x, y, z, r], ..
             } => {
@@ -407,16 +418,18 @@ impl Map {
                 Outcome::Done
             }
             Set::HomeCmd(_) => Outcome::Home,
-            Set::HomeParams(_) => Outcome::Refused(
-                "sets where homing ends, which belongs to the arm and not to the plan",
-            ),
-            Set::JogCmd(_) => Outcome::Refused("is a jog, which ends at an unknown place"),
+            Set::HomeParams(_) => Outcome::Refused(message!(
+                "sets where homing ends, which belongs to the arm and not to the plan"
+            )),
+            Set::JogCmd(_) => {
+                Outcome::Refused(message!("is a jog, which ends at an unknown place"))
+            }
             Set::ResetPose(_) | Set::PulseMode(_) | Set::SetAutoLeveling(_) => {
-                Outcome::Refused("changes the arm's own position")
+                Outcome::Refused(message!("changes the arm's own position"))
             }
             // A command with an unknown motion must not be kept as it is.
             other if other.row().effect.moves_arm() => {
-                Outcome::Refused("moves the arm to an unknown position")
+                Outcome::Refused(message!("moves the arm to an unknown position"))
             }
             // Commands that do not move the arm are independent of position.
             _ => Outcome::Done,
@@ -433,8 +446,8 @@ impl Map {
                 self.relative_rotation(r);
                 self.map_offset([x, y, z])
             }
-            mode if mode.is_joint() => JOINTS_OUTCOME,
-            _ => Outcome::Refused("has a mode that does not exist"),
+            mode if mode.is_joint() => refused_joints(),
+            _ => Outcome::Refused(message!("has a mode that does not exist")),
         }
     }
 
@@ -442,9 +455,11 @@ impl Map {
         match mode {
             CpMode::Absolute => self.point(point),
             CpMode::Relative => self.map_offset(point),
-            CpMode::Unknown(_) => Outcome::Refused("has a reference that does not exist"),
+            CpMode::Unknown(_) => Outcome::Refused(message!("has a reference that does not exist")),
         }
     }
 }
 
-const JOINTS_OUTCOME: Outcome = Outcome::Refused("goes by joint angles; use a pose");
+fn refused_joints() -> Outcome {
+    Outcome::Refused(message!("goes by joint angles; use a pose"))
+}

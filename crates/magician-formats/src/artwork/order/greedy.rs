@@ -8,7 +8,7 @@ use super::kd_tree::{Entry, KdTree};
 
 /// Largest number of vertices of a closed stroke that are tried as its start.
 ///
-/// A choice: more vertices improve the tour little, because
+/// An arbitrary limit: more vertices improve the tour little, because
 /// [`rotate_closed`](super::improve::rotate_closed) tries all of them later.
 const MAX_START_VERTICES: usize = 64;
 
@@ -25,12 +25,12 @@ pub(super) fn tour(strokes: &[Stroke]) -> Vec<TourStop> {
             from..entries.len()
         })
         .collect();
-    let mut near = KdTree::new(entries);
+    let mut tree = KdTree::new(entries);
     let mut stops = Vec::with_capacity(strokes.len());
     let mut at = lower_left(strokes);
-    while let Some(next) = near.nearest(at) {
+    while let Some(next) = tree.nearest(at) {
         let range = ranges.get(next.owner).cloned().unwrap_or_default();
-        range.for_each(|nth| near.remove(nth));
+        range.for_each(|nth| tree.remove(nth));
         if let Some(stop) = stop(strokes, &next) {
             at = stop.end;
             stops.push(stop);

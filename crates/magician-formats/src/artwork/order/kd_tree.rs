@@ -31,7 +31,7 @@ pub(super) struct KdTree {
     /// Bounding box of each cell.
     boxes: Vec<[[f64; 2]; 2]>,
     /// Number of remaining points in each cell.
-    left: Vec<usize>,
+    remaining: Vec<usize>,
 }
 
 /// A cell: its number and its range of entries.
@@ -43,7 +43,7 @@ struct Cell {
 }
 
 impl Cell {
-    fn is_whole(self) -> bool {
+    fn is_leaf(self) -> bool {
         self.to - self.from <= LEAF_CAPACITY
     }
 
@@ -61,23 +61,23 @@ impl Cell {
 impl KdTree {
     pub(super) fn new(unsorted: Vec<Entry>) -> Self {
         let mut order: Vec<usize> = (0..unsorted.len()).collect();
-        let mut near = Self {
+        let mut tree = Self {
             entries: Vec::new(),
             places: vec![0; unsorted.len()],
             gone: vec![false; unsorted.len()],
             boxes: Vec::new(),
-            left: Vec::new(),
+            remaining: Vec::new(),
         };
-        let all = near.all();
-        near.divide(all, &mut order, &unsorted);
+        let all = tree.all();
+        tree.divide(all, &mut order, &unsorted);
         for (place, nth) in order.iter().enumerate() {
-            if let Some(known) = near.places.get_mut(*nth) {
+            if let Some(known) = tree.places.get_mut(*nth) {
                 *known = place;
             }
         }
         let sorted = order.iter().filter_map(|nth| unsorted.get(*nth).copied());
-        near.entries = sorted.collect();
-        near
+        tree.entries = sorted.collect();
+        tree
     }
 
     fn all(&self) -> Cell {
@@ -100,10 +100,10 @@ impl KdTree {
         });
         if self.boxes.len() <= cell.number {
             self.boxes.resize(2 * cell.number, none);
-            self.left.resize(2 * cell.number, 0);
+            self.remaining.resize(2 * cell.number, 0);
         }
-        (self.boxes[cell.number], self.left[cell.number]) = ([least, most], order.len());
-        if cell.is_whole() {
+        (self.boxes[cell.number], self.remaining[cell.number]) = ([least, most], order.len());
+        if cell.is_leaf() {
             return;
         }
         let axis = usize::from(most[1] - least[1] > most[0] - least[0]);
@@ -131,8 +131,8 @@ impl KdTree {
         self.gone[place] = true;
         let mut cell = self.all();
         loop {
-            self.left[cell.number] -= 1;
-            if cell.is_whole() {
+            self.remaining[cell.number] -= 1;
+            if cell.is_leaf() {
                 return;
             }
             let [first, second] = cell.halves();
@@ -148,10 +148,15 @@ impl KdTree {
     }
 
     /// Returns up to `count` nearest remaining points, nearest first, except those of the owner
-    /// `but`.
-    pub(super) fn neighbours(&self, at: [f64; 2], but: usize, count: usize) -> Vec<Entry> {
+    /// `excluded_owner`.
+    pub(super) fn neighbours(
+        &self,
+        at: [f64; 2],
+        excluded_owner: usize,
+        count: usize,
+    ) -> Vec<Entry> {
         let mut found = Vec::with_capacity(count + 1);
-        self.collect_nearest(self.all(), at, Some(but), count, &mut found);
+        self.collect_nearest(self.all(), at, Some(excluded_owner), count, &mut found);
         found.into_iter().map(|(_, entry)| entry).collect()
     }
 
@@ -160,36 +165,39 @@ impl KdTree {
         &self,
         cell: Cell,
         at: [f64; 2],
-        but: Option<usize>,
+        excluded_owner: Option<usize>,
         count: usize,
         found: &mut Vec<(f64, Entry)>,
     ) {
-        let is_enough = |found: &[(f64, Entry)], way: f64| {
-            found.len() >= count && found.last().is_none_or(|(known, _)| way >= *known)
+        let is_enough = |found: &[(f64, Entry)], length: f64| {
+            found.len() >= count && found.last().is_none_or(|(known, _)| length >= *known)
         };
-        if self.left.get(cell.number).is_none_or(|left| *left == 0)
+        if self
+            .remaining
+            .get(cell.number)
+            .is_none_or(|remaining| *remaining == 0)
             || is_enough(found, self.distance_to(cell, at))
         {
             return;
         }
-        if !cell.is_whole() {
+        if !cell.is_leaf() {
             let mut halves = cell.halves();
             let [first, second] = halves.map(|half| self.distance_to(half, at));
             if second < first {
                 halves.reverse();
             }
             for half in halves {
-                self.collect_nearest(half, at, but, count, found);
+                self.collect_nearest(half, at, excluded_owner, count, found);
             }
             return;
         }
         let entries = self.entries.get(cell.from..cell.to).unwrap_or_default();
         let gone = self.gone.get(cell.from..cell.to).unwrap_or_default();
         for (entry, _) in entries.iter().zip(gone).filter(|(_, gone)| !**gone) {
-            let way = distance(at, entry.at);
-            if but != Some(entry.owner) && !is_enough(found, way) {
-                let place = found.partition_point(|(known, _)| *known <= way);
-                found.insert(place, (way, *entry));
+            let length = distance(at, entry.at);
+            if excluded_owner != Some(entry.owner) && !is_enough(found, length) {
+                let place = found.partition_point(|(known, _)| *known <= length);
+                found.insert(place, (length, *entry));
                 found.truncate(count);
             }
         }
@@ -228,24 +236,24 @@ mod tests {
     fn search_matches_brute_force() {
         for count in [0, 1, 2, 7, 8, 9, 40, 500] {
             let unsorted = points(count);
-            let mut near = KdTree::new(unsorted.clone());
-            let mut left = unsorted.clone();
+            let mut tree = KdTree::new(unsorted.clone());
+            let mut remaining = unsorted.clone();
             for (nth, gone) in unsorted.iter().enumerate() {
                 let at = [nth as f64 % 70.0 - 3.0, (nth * 7) as f64 % 70.0];
                 let way = |entry: &Entry| distance(at, entry.at);
-                let least = left.iter().map(way).fold(f64::INFINITY, f64::min);
-                assert_eq!(near.nearest(at).map(|entry| way(&entry)), Some(least));
-                let others = left.iter().filter(|entry| entry.owner != nth / 2);
+                let least = remaining.iter().map(way).fold(f64::INFINITY, f64::min);
+                assert_eq!(tree.nearest(at).map(|entry| way(&entry)), Some(least));
+                let others = remaining.iter().filter(|entry| entry.owner != nth / 2);
                 let mut ways: Vec<f64> = others.map(way).collect();
                 ways.sort_by(f64::total_cmp);
                 ways.truncate(8);
-                let found = near.neighbours(at, nth / 2, 8);
+                let found = tree.neighbours(at, nth / 2, 8);
                 assert_eq!(found.iter().map(way).collect::<Vec<_>>(), ways);
-                near.remove(nth);
-                near.remove(nth);
-                left.retain(|entry| (entry.owner, entry.which) != (gone.owner, gone.which));
+                tree.remove(nth);
+                tree.remove(nth);
+                remaining.retain(|entry| (entry.owner, entry.which) != (gone.owner, gone.which));
             }
-            assert!(near.nearest([0.0; 2]).is_none());
+            assert!(tree.nearest([0.0; 2]).is_none());
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Evaluation of value blocks.
 
+use magician_host::message;
+
 use super::machine::{Machine, finite};
 use super::tree::Block;
 use super::value::{BlockValue, arithmetic, compare, constant, function, modulo};
@@ -50,8 +52,8 @@ impl Machine<'_> {
         self.evaluate(index, inner, depth + 1).map(Some)
     }
 
-    /// Returns the number in the first of these inputs or fields. If all are missing, the default
-    /// of the studio's block is used, with a note.
+    /// Returns the number in the first of these inputs or fields that the block has. If all are
+    /// missing, uses the default of DobotStudio's block, `otherwise`, and adds a note.
     pub(super) fn number(
         &mut self,
         index: usize,
@@ -65,9 +67,11 @@ impl Machine<'_> {
                 let number = value.number().filter(|number| number.is_finite());
                 return number.ok_or_else(|| {
                     let said = value.to_text();
-                    block.diagnostic(format!(
-                        "{name} of {} is '{said}', not a number",
-                        block.kind
+                    block.diagnostic(message!(
+                        "{name} of {kind} is '{said}', not a number",
+                        name,
+                        kind = block.kind,
+                        said
                     ))
                 });
             }
@@ -76,7 +80,12 @@ impl Machine<'_> {
             }
         }
         let name = names.first().copied().unwrap_or_default();
-        let what = format!("{} has no {name}: {otherwise} is used", block.kind);
+        let what = message!(
+            "{kind} has no {name}: {otherwise} is used",
+            kind = block.kind,
+            name,
+            otherwise
+        );
         self.note(index, name, what);
         Ok(otherwise)
     }
@@ -88,9 +97,10 @@ impl Machine<'_> {
         };
         value.number().ok_or_else(|| {
             let said = value.to_text();
-            block.diagnostic(format!(
-                "{} computes with '{said}', not a number",
-                block.kind
+            block.diagnostic(message!(
+                "{kind} computes with '{said}', not a number",
+                kind = block.kind,
+                said
             ))
         })
     }
@@ -107,7 +117,11 @@ impl Machine<'_> {
     ) -> Result<BlockValue, Diagnostic> {
         let operator = block.field("OP").unwrap_or_default();
         let unknown = || {
-            let message = format!("{} has an unknown operator: '{operator}'", block.kind);
+            let message = message!(
+                "{kind} has an unknown operator: '{operator}'",
+                kind = block.kind,
+                operator
+            );
             block.diagnostic(message)
         };
         let number = match block.kind.as_str() {
@@ -148,20 +162,26 @@ impl Machine<'_> {
                 let zero = BlockValue::Number(0.0);
                 let a = self.value(block, "A", depth)?.unwrap_or(zero.clone());
                 let b = self.value(block, "B", depth)?.unwrap_or(zero);
-                let cannot = || {
+                let incomparable = || {
                     let (a, b) = (a.to_text(), b.to_text());
-                    block.diagnostic(format!("{operator} cannot compare '{a}' with '{b}'"))
+                    block.diagnostic(message!(
+                        "{operator} cannot compare '{a}' with '{b}'",
+                        operator,
+                        a,
+                        b
+                    ))
                 };
                 return compare(operator, &a, &b)
-                    .ok_or_else(cannot)
+                    .ok_or_else(incomparable)
                     .map(BlockValue::Truth);
             }
             "logic_operation" => return self.operation(block, operator, depth),
             "logic_ternary" => {
-                let met = self.truth(block, "IF", depth)?.unwrap_or(false);
-                let chosen = if met { "THEN" } else { "ELSE" };
-                let value = self.value(block, chosen, depth)?;
-                return value.ok_or_else(|| block.diagnostic(format!("it has no {chosen}")));
+                let condition = self.truth(block, "IF", depth)?.unwrap_or(false);
+                let branch = if condition { "THEN" } else { "ELSE" };
+                let value = self.value(block, branch, depth)?;
+                let missing = || block.diagnostic(message!("it has no {what}", what = branch));
+                return value.ok_or_else(missing);
             }
             "text" => {
                 let text = block.field("TEXT").unwrap_or_default();
@@ -186,7 +206,10 @@ impl Machine<'_> {
         let all = match operator {
             "AND" => true,
             "OR" => false,
-            _ => return Err(block.diagnostic(format!("'{operator}' is neither AND nor OR"))),
+            _ => {
+                let message = message!("'{operator}' is neither AND nor OR", operator);
+                return Err(block.diagnostic(message));
+            }
         };
         let (a, b) = (block.input("A"), block.input("B"));
         if a.is_none() && b.is_none() {
@@ -204,9 +227,11 @@ impl Machine<'_> {
 fn field_number(block: &Block, name: &str, text: &str) -> Result<f64, Diagnostic> {
     let number = text.trim().parse::<f64>().ok();
     number.filter(|number| number.is_finite()).ok_or_else(|| {
-        let message = format!(
-            "{name} of {} is '{text}', which is not a number",
-            block.kind
+        let message = message!(
+            "{name} of {kind} is '{text}', which is not a number",
+            name,
+            kind = block.kind,
+            text
         );
         block.diagnostic(message)
     })

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use magician_host::{Setting, SettingValue};
+use magician_host::{Message, Setting, SettingValue, message};
 
 use super::known::KnownState;
 use super::tree::{Block, Tree};
@@ -61,14 +61,15 @@ impl<'t> Machine<'t> {
 
     pub(super) fn block(&self, index: usize) -> Result<&'t Block, Diagnostic> {
         let block = self.tree.blocks.get(index);
-        block.ok_or_else(|| Diagnostic::of_file("a block is missing"))
+        block.ok_or_else(|| Diagnostic::of_file(message!("a block is missing")))
     }
 
     fn note_stacks(&mut self) {
         if let [first, second, ..] = *self.tree.tops.as_slice() {
             let count = self.tree.tops.len();
-            let what = format!(
-                "the workspace has {count} stacks; they run one after the other, the topmost first"
+            let what = message!(
+                "the workspace has {count} stacks; they run one after the other, the topmost first",
+                count
             );
             self.note(second, "stacks", what);
             self.noted.insert((first, "stacks"));
@@ -76,12 +77,7 @@ impl<'t> Machine<'t> {
     }
 
     /// Adds a note about a block, once per topic.
-    pub(super) fn note(
-        &mut self,
-        index: usize,
-        about: &'static str,
-        what: impl Into<magician_host::Message>,
-    ) {
+    pub(super) fn note(&mut self, index: usize, about: &'static str, what: impl Into<Message>) {
         if let Some(block) = self.tree.blocks.get(index)
             && self.noted.insert((index, about))
         {
@@ -99,13 +95,20 @@ impl<'t> Machine<'t> {
     /// Counts an executed block, and refuses a program that does not end.
     pub(super) fn count(&mut self, block: &Block, depth: u32) -> Result<(), Diagnostic> {
         if depth > MAX_DEPTH {
-            let message = format!("blocks are nested more than {MAX_DEPTH} deep here");
+            let message = message!(
+                "blocks are nested more than {most} deep here",
+                most = MAX_DEPTH
+            );
             return Err(block.diagnostic(message));
         }
         self.steps += 1;
         if self.steps > MAX_BLOCKS {
-            let message = format!("the program has not ended after {MAX_BLOCKS} blocks");
-            return Err(block.diagnostic(message).help("end its loops").remedy(
+            let message = message!(
+                "the program has not ended after {most} blocks",
+                most = MAX_BLOCKS
+            );
+            let help = message!("end its loops");
+            return Err(block.diagnostic(message).help(help).remedy(
                 (Setting::Loops, SettingValue::Any("N")),
                 "repeats all of it",
             ));
@@ -164,10 +167,10 @@ impl<'t> Machine<'t> {
             "text_print" => {
                 let said = self.value(block, "TEXT", depth)?;
                 let said = said.map(|value| value.to_text()).unwrap_or_default();
-                self.note(index, "print", format!("it prints: {said}"));
+                self.note(index, "print", message!("it prints: {said}", said));
             }
             _ if self.is_value(block) => {
-                let what = "its value is unused: it is left out";
+                let what = message!("its value is unused: it is left out");
                 self.note(index, "value", what);
             }
             _ => self.robot(index, block, depth)?,
@@ -208,7 +211,7 @@ impl<'t> Machine<'t> {
                 break;
             }
             if at + by == at {
-                let message = format!("with steps of {by} from {at} it never ends");
+                let message = message!("with steps of {by} from {at} it never ends", by, at);
                 return Err(block.diagnostic(message));
             }
             at += by;
@@ -238,16 +241,20 @@ impl<'t> Machine<'t> {
 
     pub(super) fn variable(&self, block: &Block) -> Result<BlockValue, Diagnostic> {
         let name = variable(block)?;
-        self.variables
-            .get(&name)
-            .cloned()
-            .ok_or_else(|| block.diagnostic(format!("the variable '{name}' has no value yet")))
+        self.variables.get(&name).cloned().ok_or_else(|| {
+            block.diagnostic(message!("the variable '{name}' has no value yet", name))
+        })
     }
 }
 
 fn variable(block: &Block) -> Result<String, Diagnostic> {
     let name = block.field("VAR").filter(|name| !name.is_empty());
-    let missing = || block.diagnostic(format!("the block {} names no variable", block.kind));
+    let missing = || {
+        block.diagnostic(message!(
+            "the block {kind} names no variable",
+            kind = block.kind
+        ))
+    };
     name.map(str::to_owned).ok_or_else(missing)
 }
 
@@ -256,6 +263,6 @@ pub(super) fn finite(block: &Block, number: f64) -> Result<BlockValue, Diagnosti
     if number.is_finite() {
         Ok(BlockValue::Number(number))
     } else {
-        Err(block.diagnostic("its result is not a number"))
+        Err(block.diagnostic(message!("its result is not a number")))
     }
 }

@@ -1,5 +1,7 @@
 //! Blocks that a plan cannot contain, with the reason.
 
+use magician_host::message;
+
 use super::tree::Block;
 use crate::Diagnostic;
 
@@ -69,29 +71,35 @@ pub(super) fn diagnostic(block: &Block) -> Diagnostic {
     let kind = block.kind.as_str();
     let (why, help) = match reason(kind) {
         Some(Reason::Sensor) => (
-            "asks the arm while it runs, but a plan is made before anything moves",
-            Some("write a program for that, with the Rust library or the Python package"),
+            message!("asks the arm while it runs, but a plan is made before anything moves"),
+            Some(message!(
+                "write a program for that, with the Rust library or the Python package"
+            )),
         ),
         Some(Reason::Clock) => (
-            "gives another value each time, but a plan is made once, before anything moves",
-            Some("put a number in its place"),
+            message!(
+                "gives another value each time, but a plan is made once, before anything moves"
+            ),
+            Some(message!("put a number in its place")),
         ),
         Some(Reason::Lab) => (
-            "is a block of DobotLab, whose blocks are not read",
-            Some(
+            message!("is a block of DobotLab, whose blocks are not read"),
+            Some(message!(
                 "DobotLab shows its blocks as Python: run that program with the Python package; or \
-                build it from the blocks of DobotStudio",
-            ),
+                build it from the blocks of DobotStudio"
+            )),
         ),
-        Some(Reason::OtherArm) => ("is for the M1, not for the Magician", None),
+        Some(Reason::OtherArm) => (message!("is for the M1, not for the Magician"), None),
         Some(Reason::MagicBox) => (
-            "is for a MagicBox and its modules, which the Magician's protocol cannot reach",
+            message!(
+                "is for a MagicBox and its modules, which the Magician's protocol cannot reach"
+            ),
             None,
         ),
-        None if kind.is_empty() => ("has no type", None),
-        None => ("is an unknown block", None),
+        None if kind.is_empty() => (message!("has no type"), None),
+        None => (message!("is an unknown block"), None),
     };
-    let diagnostic = block.diagnostic(format!("'{kind}' {why}"));
+    let diagnostic = block.diagnostic(message!("'{kind}' {why}", kind, why));
     match help {
         Some(help) => diagnostic.help(help),
         None => diagnostic,

@@ -1,5 +1,6 @@
 //! Motion blocks of the robot. Fields, units and defaults are those of DobotStudio 1.9.
 
+use magician_host::{Message, message};
 use magician_protocol::commands::PtpWithLCmd;
 use magician_protocol::{PtpMode, Set};
 
@@ -60,24 +61,27 @@ impl<'t> Machine<'t> {
                 .joints()
                 .and_then(|joints| joints.get(joint).copied())
         };
-        let (what, known) = match nth as i64 {
-            1 => ("x", axis(0)),
-            2 => ("y", axis(1)),
-            3 => ("z", axis(2)),
-            4 => ("r", course.r),
-            5 => ("joint 1", course.j1()),
-            6 => ("joint 2", joint(1)),
-            7 => ("joint 3", joint(2)),
-            8 => ("joint 4", course.j4()),
-            0 => ("the position on the rail", course.rail),
-            _ => return Err(block.diagnostic(format!("there is no coordinate {nth}"))),
+        let (what, known): (Message, _) = match nth as i64 {
+            1 => ("x".into(), axis(0)),
+            2 => ("y".into(), axis(1)),
+            3 => ("z".into(), axis(2)),
+            4 => ("r".into(), course.r),
+            5 => (message!("joint 1"), course.j1()),
+            6 => (message!("joint 2"), joint(1)),
+            7 => (message!("joint 3"), joint(2)),
+            8 => (message!("joint 4"), course.j4()),
+            0 => (message!("the position on the rail"), course.rail),
+            _ => return Err(block.diagnostic(message!("there is no coordinate {nth}", nth))),
         };
         known.ok_or_else(|| {
-            let message = format!(
+            let message = message!(
                 "it needs {what}, which is unknown when the plan is made: no earlier block gives \
-                    the arm's position"
+                    the arm's position",
+                what
             );
-            let help = "select the end effector and go to coordinates first; 'dobot_home' leads to a point that the arm keeps";
+            let help = message!(
+                "select the end effector and go to coordinates first; 'dobot_home' leads to a point that the arm keeps"
+            );
             block.diagnostic(message).help(help)
         })
     }
@@ -106,7 +110,7 @@ impl Call<'_, '_> {
     ) -> Result<f32, Diagnostic> {
         let number = self.number(names, otherwise)?;
         let name = names.first().copied().unwrap_or_default();
-        fit(self.block, name, number)
+        fit(self.block, Some(name), number)
     }
 
     /// Returns one of a few whole numbers from a field.
@@ -120,8 +124,13 @@ impl Call<'_, '_> {
         let found = known.clone().find(|code| f64::from(*code) == number);
         found.ok_or_else(|| {
             let (kind, from, to) = (&self.block.kind, known.start(), known.end());
-            self.block.diagnostic(format!(
-                "{name} of {kind} is {number}, it must be {from} to {to}"
+            self.block.diagnostic(message!(
+                "{name} of {kind} is {number}, it must be {from} to {to}",
+                name,
+                kind,
+                number,
+                from,
+                to
             ))
         })
     }
@@ -130,16 +139,19 @@ impl Call<'_, '_> {
         self.machine.push(self.index, action);
     }
 
-    pub(super) fn note(&mut self, about: &'static str, what: &str) {
+    pub(super) fn note(&mut self, about: &'static str, what: Message) {
         self.machine.note(self.index, about, what);
     }
 
-    fn unknown_place(&self, what: &str) -> Diagnostic {
-        let message = format!(
+    fn unknown_place(&self, what: Message) -> Diagnostic {
+        let message = message!(
             "{what}, which is unknown when the plan is made: no earlier block gives the arm's \
-                position"
+                position",
+            what
         );
-        let help = "go to coordinates or joint angles first; 'dobot_home' leads to a point that the arm keeps";
+        let help = message!(
+            "go to coordinates or joint angles first; 'dobot_home' leads to a point that the arm keeps"
+        );
         self.block.diagnostic(message).help(help)
     }
 
@@ -161,7 +173,7 @@ impl Call<'_, '_> {
         let r = match (by, self.machine.course.r) {
             (Travel::Line, Some(r)) => r,
             (Travel::Line, None) => {
-                let what = "it keeps r, which no earlier block has set: 0 is used";
+                let what = message!("it keeps r, which no earlier block has set: 0 is used");
                 self.note("r", what);
                 0.0
             }
@@ -195,7 +207,8 @@ impl Call<'_, '_> {
             return self.arrive([x, y, z, j1 + j4], Travel::Joints);
         }
         let Some([j1, j2, j3, _]) = course.joints() else {
-            return Err(self.unknown_place("it turns the tool at the arm's position"));
+            let what = message!("it turns the tool at the arm's position");
+            return Err(self.unknown_place(what));
         };
         self.joints([j1, j2, j3, j4])
     }
@@ -214,7 +227,7 @@ impl Call<'_, '_> {
         let j2 = self.number(&["Joint2"], 0.0)?;
         let j3 = self.number(&["Joint3"], 0.0)?;
         let j4 = self.machine.course.j4().unwrap_or_else(|| {
-            let what = "it keeps joint 4, which no earlier block has set: 0 is used";
+            let what = message!("it keeps joint 4, which no earlier block has set: 0 is used");
             self.note("j4", what);
             0.0
         });
@@ -228,7 +241,10 @@ impl Call<'_, '_> {
         let (ptp_mode, numbers) = match (course.at, course.r, course.joints()) {
             (Some([x, y, z]), Some(r), _) => (PtpMode::MovjXyz, [x, y, z, r]),
             (_, _, Some(joints)) => (PtpMode::MovjAngle, joints),
-            _ => return Err(self.unknown_place("it moves the rail at the arm's position")),
+            _ => {
+                let what = message!("it moves the rail at the arm's position");
+                return Err(self.unknown_place(what));
+            }
         };
         let [x, y, z, r] = poses(self.block, numbers)?;
         let course = &mut self.machine.course;
@@ -249,7 +265,11 @@ impl Call<'_, '_> {
         let milliseconds = (seconds * 1000.0).round();
         if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) {
             let most = f64::from(u32::MAX) / 1000.0;
-            let message = format!("it waits for {seconds} s, it must be 0 to {most} s");
+            let message = message!(
+                "it waits for {seconds} s, it must be 0 to {most} s",
+                seconds,
+                most
+            );
             return Err(self.block.diagnostic(message));
         }
         if milliseconds > 0.0 {
@@ -259,22 +279,29 @@ impl Call<'_, '_> {
     }
 }
 
-fn fit(block: &Block, name: &str, number: f64) -> Result<f32, Diagnostic> {
+/// Converts a number to f32; `name` is that of its field, if it has one.
+fn fit(block: &Block, name: Option<&str>, number: f64) -> Result<f32, Diagnostic> {
     let single = number as f32;
     if single.is_finite() {
         Ok(single)
     } else {
-        Err(block.diagnostic(format!(
-            "{name} of {} is {number}, out of range",
-            block.kind
-        )))
+        let kind = &block.kind;
+        Err(block.diagnostic(match name {
+            Some(name) => message!(
+                "{name} of {kind} is {number}, out of range",
+                name,
+                kind,
+                number
+            ),
+            None => message!("a number of {kind} is {number}, out of range", kind, number),
+        }))
     }
 }
 
 fn poses(block: &Block, numbers: [f64; 4]) -> Result<[f32; 4], Diagnostic> {
     let mut pose = [0.0; 4];
     for (number, single) in numbers.into_iter().zip(&mut pose) {
-        *single = fit(block, "a number", number)?;
+        *single = fit(block, None, number)?;
     }
     Ok(pose)
 }

@@ -1,6 +1,6 @@
 //! Setting and switching blocks of the robot: speeds, tools, pins, motors, sensors.
 
-use magician_host::build;
+use magician_host::{build, message};
 use magician_motion::ToolBias;
 use magician_protocol::commands::{LostStepParams, PtpCoordinateParams, SetDeviceWithL};
 use magician_protocol::{Flag, IoFunction, Port, RailVersion, SensorVersion, Set, Stepper};
@@ -79,8 +79,10 @@ impl Call<'_, '_> {
             (70.0, Tool::Laser),
         ];
         let Some((_, tool)) = tools.into_iter().find(|(own, _)| *own == out) else {
-            let message =
-                format!("unknown end effector type {out}; known are 59.7, 59.701, 61 and 70");
+            let message = message!(
+                "unknown end effector type {out}; known are 59.7, 59.701, 61 and 70",
+                out
+            );
             return Err(self.block.diagnostic(message));
         };
         if self.machine.plan.steps.is_empty() {
@@ -103,7 +105,7 @@ impl Call<'_, '_> {
                 self.push(Action::Laser(false));
                 return Ok(());
             }
-            let what = "the laser is only switched on or off: its power is left out";
+            let what = message!("the laser is only switched on or off: its power is left out");
             self.note("power", what);
         }
         self.push(Action::Laser(on));
@@ -120,7 +122,7 @@ impl Call<'_, '_> {
                     4..=6 => IoFunction::DigitalOutput,
                     7 => IoFunction::Pwm,
                     other => {
-                        let message = format!("unknown pin function {other}");
+                        let message = message!("unknown pin function {function}", function = other);
                         return Err(self.block.diagnostic(message));
                     }
                 };
@@ -164,16 +166,20 @@ impl Call<'_, '_> {
         };
         let belt = self.block.kind == "dobot_conveyor";
         let pulses = if belt {
-            let what = "the belt runs about 1.9 times as fast as the block says, as in \
-                    DobotStudio";
+            let what = message!(
+                "the belt runs about 1.9 times as fast as the block says, as in DobotStudio"
+            );
             self.note("belt", what);
             self.number(&["speed"], 50.0)? * STUDIO_PULSES_PER_MM
         } else {
             self.number(&["speed"], 10_000.0)?
         };
         if pulses.abs() > MAX_PULSE_RATE {
-            let message =
-                format!("a motor would run at {pulses} pulses/s, limit {MAX_PULSE_RATE} pulses/s");
+            let message = message!(
+                "a motor would run at {pulses} pulses/s, limit {limit} pulses/s",
+                pulses,
+                limit = MAX_PULSE_RATE
+            );
             return Err(self.block.diagnostic(message));
         }
         let rate = pulses.trunc() as i32;
@@ -182,9 +188,10 @@ impl Call<'_, '_> {
         }
         let distance = self.number(&["distance"], 10_000.0)?;
         if distance > f64::from(u32::MAX) {
-            let message = format!(
-                "a motor would run {distance} pulses, limit {} pulses",
-                u32::MAX
+            let message = message!(
+                "a motor would run {distance} pulses, limit {limit} pulses",
+                distance,
+                limit = u32::MAX
             );
             return Err(self.block.diagnostic(message));
         }
@@ -216,11 +223,13 @@ impl Call<'_, '_> {
     fn lost_steps(&mut self) -> Result<(), Diagnostic> {
         let value = self.single(&["threshold"], 0.5)?;
         let name = Set::from(LostStepParams { value }).row().set_name;
-        let what = format!(
+        let what = message!(
             "{name} cannot be queued: it is left out; set it separately before the run, with the \
-                value {value}"
+                value {value}",
+            name,
+            value
         );
-        self.note("threshold", &what);
+        self.note("threshold", what);
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! Parsing of a workspace: blocks from XML.
 
+use magician_host::{Message, message};
 use roxmltree::Node;
 
 use crate::formats::xml;
@@ -65,7 +66,7 @@ impl Block {
         }
     }
 
-    pub(super) fn diagnostic(&self, message: impl Into<magician_host::Message>) -> Diagnostic {
+    pub(super) fn diagnostic(&self, message: impl Into<Message>) -> Diagnostic {
         Diagnostic::new(self.origin, message).named(self.name())
     }
 }
@@ -86,9 +87,12 @@ impl Tree {
         if root.tag_name().name() != "xml" {
             let name = root.tag_name().name();
             let place = start_of(root, text, &lines);
-            let message =
-                format!("this is not a Blockly workspace: its outermost element is '{name}'");
-            return Err(Diagnostic::new(place, message).help("that of a workspace is 'xml'"));
+            let message = message!(
+                "this is not a Blockly workspace: its outermost element is '{name}'",
+                name
+            );
+            let help = message!("that of a workspace is 'xml'");
+            return Err(Diagnostic::new(place, message).help(help));
         }
         let mut tree = Self::default();
         let mut open: Vec<_> = blocks_in(root).map(|node| (node, Hook::Top)).collect();
@@ -103,7 +107,10 @@ impl Tree {
         }
         if tree.blocks.is_empty() {
             let place = start_of(root, text, &lines);
-            return Err(Diagnostic::new(place, "the workspace has no blocks"));
+            return Err(Diagnostic::new(
+                place,
+                message!("the workspace has no blocks"),
+            ));
         }
         tree.order();
         Ok(tree)

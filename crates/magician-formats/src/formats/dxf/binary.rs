@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use magician_host::message;
+
 use crate::Diagnostic;
 
 const SENTINEL: &[u8] = b"AutoCAD Binary DXF\r\n\x1A\0";
@@ -18,7 +20,7 @@ pub(super) fn to_text(bytes: &[u8]) -> Result<Option<String>, Diagnostic> {
     let mut text = String::new();
     while !reader.rest.is_empty() {
         let pair = reader.pair(wide, &mut text);
-        pair.ok_or_else(|| Diagnostic::of_file("the binary DXF file is cut short"))?;
+        pair.ok_or_else(|| Diagnostic::of_file(message!("the binary DXF file is cut short")))?;
     }
     Ok(Some(text))
 }

@@ -8,16 +8,16 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use kurbo::{Affine, Point, Vec2};
-use magician_host::{Setting, SettingValue};
+use magician_host::{Message, Setting, SettingValue, message};
 
 use super::color;
 use super::drawing::{Block, Drawing, Hidden};
 use super::entity;
 use super::join::joined;
 use super::pairs::Record;
-use super::text::{Style as TextStyle, turn_of};
+use super::text::{Style as TextStyle, rotation_to};
 use super::xclip::Clip;
-use crate::artwork::{Layer, Style, numbered};
+use crate::artwork::{Layer, Style, index_or_push};
 use crate::fill::{Area, FillRule};
 use crate::formats::{Chords, Fills, ReadOptions};
 use crate::lettering::{Glyph, Lettering};
@@ -32,8 +32,6 @@ const MAX_PAIRS: usize = 5_000_000;
 const MAX_DEPTH: usize = 32;
 /// Largest number of notes. An arbitrary limit: users do not read more.
 const MAX_NOTES: usize = 50;
-/// Reason why an entity in paper space is not drawn.
-const ON_SHEET: &str = "it is on the sheet of a layout, not in the drawing";
 
 /// Lines and areas collected so far.
 pub(super) struct Canvas<'p> {
@@ -57,8 +55,8 @@ pub(super) struct Canvas<'p> {
     colors: Vec<Color>,
     /// Index of each layer's name.
     layers: HashMap<&'p str, usize>,
-    /// Entities left out, by kind and reason: number and first place.
-    left_out: HashMap<(&'p str, String), (usize, Origin)>,
+    /// Entities left out, by kind and text of the reason: number, first place and reason.
+    left_out: HashMap<(&'p str, String), (usize, Origin, Message)>,
     /// Number of entities whose heights are lost, and the place of the first.
     flattened: Option<(usize, Origin)>,
     points: usize,
@@ -128,12 +126,12 @@ impl<'p> Canvas<'p> {
 
     /// Draws the whole drawing.
     pub(super) fn draw(&mut self) -> Result<(), Diagnostic> {
-        let place = InsertContext {
+        let context = InsertContext {
             map: Affine::scale(self.drawing.unit.unwrap_or(1.0)),
             layer: None,
             blocks: Vec::new(),
         };
-        self.records(self.drawing.entities.clone(), &place)
+        self.records(self.drawing.entities.clone(), &context)
     }
 
     /// Returns the artwork, with lines joined where they meet, and the notes in the order of the
@@ -141,12 +139,11 @@ impl<'p> Canvas<'p> {
     pub(super) fn finish(self) -> (Artwork, Vec<Diagnostic>) {
         let left_out = self.left_out.into_iter();
         let mut notes: Vec<Diagnostic> = left_out
-            .map(|((kind, why), (count, origin))| {
-                let times = match count {
-                    1 => String::new(),
-                    _ => format!(" {count} times"),
+            .map(|((kind, _), (count, origin, why))| {
+                let what = match count {
+                    1 => message!("{kind} is left out: {why}", kind, why),
+                    _ => message!("{kind} is left out {count} times: {why}", kind, count, why),
                 };
-                let what = format!("{kind} is left out{times}: {why}");
                 Diagnostic::new(origin, what).coded(DiagnosticCode::LeftOut)
             })
             .collect();
@@ -156,7 +153,7 @@ impl<'p> Canvas<'p> {
         });
         notes.truncate(MAX_NOTES);
         if self.drawing.unit.is_none() {
-            let why = "the drawing has no unit: mm is used";
+            let why = message!("the drawing has no unit: mm is used");
             notes.insert(
                 0,
                 Diagnostic::of_file(why)
@@ -168,15 +165,20 @@ impl<'p> Canvas<'p> {
             );
         }
         if let Some((count, origin)) = self.flattened {
-            let why = format!("{count} polylines vary in z: they are drawn as seen from above");
+            let why = message!(
+                "{count} polylines vary in z: they are drawn as seen from above",
+                count
+            );
             notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
         if self.on_sheet {
-            let why = "the drawing itself is empty: what lies on the sheet of its layout is drawn";
+            let why = message!(
+                "the drawing itself is empty: what lies on the sheet of its layout is drawn"
+            );
             notes.push(Diagnostic::of_file(why).coded(DiagnosticCode::Assumed));
         }
         if let Some(origin) = self.drawing.cut {
-            let why = "the file does not end with EOF: it may be cut short";
+            let why = message!("the file does not end with EOF: it may be cut short");
             notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
         notes.extend(self.missing.into_iter().map(|(_, note)| note));
@@ -202,7 +204,7 @@ impl<'p> Canvas<'p> {
     fn records(
         &mut self,
         range: Range<usize>,
-        place: &InsertContext<'p>,
+        context: &InsertContext<'p>,
     ) -> Result<(), Diagnostic> {
         let mut rest = self.drawing.records.get(range).unwrap_or_default();
         while let Some((record, after)) = rest.split_first() {
@@ -210,7 +212,7 @@ impl<'p> Canvas<'p> {
             let vertices = after.iter().take_while(|next| next.kind == "VERTEX");
             let (vertices, after) = after.split_at(vertices.count());
             rest = after;
-            self.record(record, vertices, place)?;
+            self.record(record, vertices, context)?;
         }
         Ok(())
     }
@@ -218,7 +220,7 @@ impl<'p> Canvas<'p> {
     fn count(&mut self, record: &Record<'p>) -> Result<(), Diagnostic> {
         self.pairs += record.pairs.len() + 1;
         if self.pairs > MAX_PAIRS {
-            let why = "the blocks of the drawing expand to more than can be drawn";
+            let why = message!("the blocks of the drawing expand to more than can be drawn");
             return Err(Diagnostic::new(record.origin, why));
         }
         Ok(())
@@ -228,47 +230,50 @@ impl<'p> Canvas<'p> {
         &mut self,
         record: &'p Record<'p>,
         vertices: &'p [Record<'p>],
-        place: &InsertContext<'p>,
+        context: &InsertContext<'p>,
     ) -> Result<(), Diagnostic> {
         if matches!(record.kind, "VERTEX" | "SEQEND" | "VIEWPORT" | "EOF") {
             return Ok(());
         }
         if record.integer(60)? == 1 {
-            return self.leave_out(record, "it is invisible");
+            return self.leave_out(record, message!("it is invisible"));
         }
         // Code 67 marks entities in paper space. It is ignored within a block, whose entities are
         // drawn wherever the block is inserted.
-        if !place.is_in_block() && (record.integer(67)? == 1) != self.on_sheet {
+        if !context.is_in_block() && (record.integer(67)? == 1) != self.on_sheet {
             if self.on_sheet {
                 return Ok(());
             }
             self.has_sheet = true;
-            return self.leave_out(record, ON_SHEET);
+            let why = message!("it is on the sheet of a layout, not in the drawing");
+            return self.leave_out(record, why);
         }
         let own = record.text(8).unwrap_or("0");
-        let layer = place.layer.filter(|_| own == "0").unwrap_or(own);
+        let layer = context.layer.filter(|_| own == "0").unwrap_or(own);
         match (self.drawing.hides(layer), record.kind) {
-            (Some(Hidden::Frozen), _) => self.leave_out(record, "its layer is frozen"),
-            (_, "INSERT") => self.insert(record, layer, place),
+            (Some(Hidden::Frozen), _) => self.leave_out(record, message!("its layer is frozen")),
+            (_, "INSERT") => self.insert(record, layer, context),
             (None, "DIMENSION" | "ARC_DIMENSION" | "LARGE_RADIAL_DIMENSION") => {
-                self.picture(record, layer, place, place.map)
+                self.draw_stored_block(record, layer, context, context.map)
             }
             (None, "ACAD_TABLE") => {
                 let [x, y, _] = record.point(10)?;
-                let way = match record.text(11) {
+                let direction = match record.text(11) {
                     Some(_) => record.point(11)?,
                     None => [0.0; 3],
                 };
-                let turn = turn_of(Vec2::new(way[0], way[1]));
-                self.picture(
+                let turn = rotation_to(Vec2::new(direction[0], direction[1]));
+                self.draw_stored_block(
                     record,
                     layer,
-                    place,
-                    place.map * Affine::translate((x, y)) * turn,
+                    context,
+                    context.map * Affine::translate((x, y)) * turn,
                 )
             }
-            (Some(Hidden::Off), _) => self.leave_out(record, "its layer is off or not plotted"),
-            (None, _) => entity::draw(self, record, vertices, layer, place),
+            (Some(Hidden::Off), _) => {
+                self.leave_out(record, message!("its layer is off or not plotted"))
+            }
+            (None, _) => entity::draw(self, record, vertices, layer, context),
         }
     }
 
@@ -276,12 +281,13 @@ impl<'p> Canvas<'p> {
     pub(super) fn leave_out(
         &mut self,
         record: &Record<'p>,
-        why: impl Into<String>,
+        why: Message,
     ) -> Result<(), Diagnostic> {
         let kind = record.kind.char_indices().nth(40);
         let kind = kind.and_then(|(end, _)| record.kind.get(..end));
-        let key = (kind.unwrap_or(record.kind), why.into());
-        let (count, _) = self.left_out.entry(key).or_insert((0, record.origin));
+        let key = (kind.unwrap_or(record.kind), why.as_str().to_owned());
+        let entry = self.left_out.entry(key);
+        let (count, ..) = entry.or_insert((0, record.origin, why));
         *count += 1;
         Ok(())
     }
@@ -297,35 +303,35 @@ impl<'p> Canvas<'p> {
     fn block_of(
         &mut self,
         record: &'p Record<'p>,
-        place: &InsertContext<'p>,
+        context: &InsertContext<'p>,
     ) -> Result<Option<(&'p Block, Vec<&'p str>)>, Diagnostic> {
         let name = record.text(2).unwrap_or_default();
         let Some(block) = self.drawing.block(name) else {
-            self.leave_out(record, "its block is not in the file")?;
+            self.leave_out(record, message!("its block is not in the file"))?;
             return Ok(None);
         };
         let is_in = |block: &&str| block.to_uppercase() == name.to_uppercase();
-        if place.blocks.iter().any(is_in) {
-            self.leave_out(record, "its block contains itself")?;
+        if context.blocks.iter().any(is_in) {
+            self.leave_out(record, message!("its block contains itself"))?;
             return Ok(None);
         }
-        if place.blocks.len() >= MAX_DEPTH {
-            let why = format!("blocks are nested more than {MAX_DEPTH} deep");
+        if context.blocks.len() >= MAX_DEPTH {
+            let why = message!("blocks are nested more than {most} deep", most = MAX_DEPTH);
             self.leave_out(record, why)?;
             return Ok(None);
         }
-        Ok(Some((block, [place.blocks.as_slice(), &[name]].concat())))
+        Ok(Some((block, [context.blocks.as_slice(), &[name]].concat())))
     }
 
     /// Draws an entity whose appearance is stored in a separate block: a dimension or a table.
-    fn picture(
+    fn draw_stored_block(
         &mut self,
         record: &'p Record<'p>,
         layer: &'p str,
-        place: &InsertContext<'p>,
+        context: &InsertContext<'p>,
         map: Affine,
     ) -> Result<(), Diagnostic> {
-        let Some((block, blocks)) = self.block_of(record, place)? else {
+        let Some((block, blocks)) = self.block_of(record, context)? else {
             return Ok(());
         };
         self.count(record)?;
@@ -342,9 +348,9 @@ impl<'p> Canvas<'p> {
         &mut self,
         record: &'p Record<'p>,
         layer: &'p str,
-        place: &InsertContext<'p>,
+        context: &InsertContext<'p>,
     ) -> Result<(), Diagnostic> {
-        let Some((block, blocks)) = self.block_of(record, place)? else {
+        let Some((block, blocks)) = self.block_of(record, context)? else {
             return Ok(());
         };
         let [x, y, z] = record.point(10)?;
@@ -353,7 +359,7 @@ impl<'p> Canvas<'p> {
         let turn = Affine::rotate(number(50, 0.0)?.to_radians());
         let (columns, rows) = (record.integer(70)?.max(1), record.integer(71)?.max(1));
         let (across, up) = (number(44, 0.0)?, number(45, 0.0)?);
-        let spot = place.map * entity::plane(record, z)? * Affine::translate((x, y)) * turn;
+        let first_cell = context.map * entity::plane(record, z)? * Affine::translate((x, y)) * turn;
         for row in 0..rows {
             for column in 0..columns {
                 // Counted per cell, because an empty block in a huge array would never reach the
@@ -362,7 +368,7 @@ impl<'p> Canvas<'p> {
                 let cell = Affine::translate((column as f64 * across, row as f64 * up));
                 let from_base = Affine::translate((-block.base[0], -block.base[1]));
                 let inner = InsertContext {
-                    map: spot * cell * scale * from_base,
+                    map: first_cell * cell * scale * from_base,
                     layer: Some(layer),
                     blocks: blocks.clone(),
                 };
@@ -412,7 +418,7 @@ impl<'p> Canvas<'p> {
                     rule: FillRule::EvenOdd,
                 };
                 let area = self.clips.iter().fold(whole, |area, clip| clip.area(&area));
-                let (origin, style) = self.named(record, layer);
+                let (origin, style) = self.origin_and_style(record, layer);
                 if !area.rings.is_empty() {
                     self.areas.push(FilledArea {
                         area,
@@ -469,14 +475,14 @@ impl<'p> Canvas<'p> {
         for clip in &self.clips {
             let within: Option<Vec<_>> = lines.iter().map(|line| clip.line(line)).collect();
             let Some(within) = within else {
-                return self.leave_out(record, "it is too long to be clipped");
+                return self.leave_out(record, message!("it is too long to be clipped"));
             };
             lines = within.into_iter().flatten().collect();
         }
         for line in lines {
             let points = self.points(line, record)?;
             if !points.is_empty() {
-                let (origin, style) = self.named(record, layer);
+                let (origin, style) = self.origin_and_style(record, layer);
                 self.strokes.push(Stroke {
                     points,
                     origin,
@@ -494,14 +500,14 @@ impl<'p> Canvas<'p> {
         record: &Record<'p>,
     ) -> Result<Vec<[f64; 2]>, Diagnostic> {
         if points.iter().any(|point| !point.is_finite()) {
-            let why = format!("{} has no finite coordinates", record.kind);
+            let why = message!("{kind} has no finite coordinates", kind = record.kind);
             return Err(Diagnostic::new(record.origin, why));
         }
         let mut points: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.y]).collect();
         points.dedup();
         self.points += points.len();
         if self.points > MAX_POINTS {
-            let why = format!("the drawing has more than {MAX_POINTS} points");
+            let why = message!("the drawing has more than {most} points", most = MAX_POINTS);
             let tolerance = (Setting::Tolerance, SettingValue::Any("MM"));
             return Err(Diagnostic::new(record.origin, why)
                 .remedy(tolerance, "needs fewer if it is larger"));
@@ -510,7 +516,7 @@ impl<'p> Canvas<'p> {
     }
 
     /// Returns the origin of an entity, named after its layer, and the style of the entity.
-    fn named(&mut self, record: &Record<'p>, layer: &'p str) -> (Origin, Style) {
+    fn origin_and_style(&mut self, record: &Record<'p>, layer: &'p str) -> (Origin, Style) {
         let index = *self.layers.entry(layer).or_insert_with(|| {
             self.names.push(layer.to_owned());
             self.names.len() - 1
@@ -527,7 +533,7 @@ impl<'p> Canvas<'p> {
     fn color(&mut self, record: &Record<'p>, layer: &str) -> u32 {
         let own = color::of(record);
         let color = own.unwrap_or_else(|| self.drawing.color(layer));
-        color.map_or(0, |color| numbered(&mut self.colors, &color))
+        color.map_or(0, |color| index_or_push(&mut self.colors, &color))
     }
 
     /// Number of points that may still be added.

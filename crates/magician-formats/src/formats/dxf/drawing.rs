@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use magician_host::message;
+
 use super::color;
 use super::pairs::Record;
 use super::text::Style;
@@ -92,9 +94,9 @@ impl<'p> Drawing<'p> {
             }
         }
         if sections == 0 {
-            return Err(Diagnostic::of_file(
-                "this is not a DXF file: it has no sections",
-            ));
+            return Err(Diagnostic::of_file(message!(
+                "this is not a DXF file: it has no sections"
+            )));
         }
         Ok(drawing)
     }
@@ -271,7 +273,7 @@ fn unit(header: &Record<'_>) -> Result<Option<f64>, Diagnostic> {
         "23" => 3600.0 / 3937.0 * 1e3,
         "0" => return Ok(None),
         other => {
-            let why = format!("{other} is not a usable unit of length");
+            let why = message!("{unit} is not a usable unit of length", unit = other);
             return Err(Diagnostic::new(unit.origin, why));
         }
     }))

@@ -1,6 +1,7 @@
 //! Drawing of single entities.
 
 use kurbo::{Affine, Point, Vec2};
+use magician_host::message;
 
 use super::canvas::{Canvas, InsertContext};
 use super::curve::{self, Ellipse};
@@ -18,38 +19,38 @@ pub(super) fn draw<'p>(
     record: &'p Record<'p>,
     vertices: &'p [Record<'p>],
     layer: &'p str,
-    place: &InsertContext<'p>,
+    context: &InsertContext<'p>,
 ) -> DrawResult {
-    let pen = Pen {
+    let painter = EntityPainter {
         record,
         layer,
-        map: place.map,
+        map: context.map,
     };
     match record.kind {
-        "LINE" => pen.line(canvas, &[10, 11], false),
-        "POINT" => pen.line(canvas, &[10], false),
-        "CIRCLE" => pen.arc(canvas, true),
-        "ARC" => pen.arc(canvas, false),
-        "ELLIPSE" => pen.ellipse(canvas),
-        "LWPOLYLINE" => pen.light_polyline(canvas),
-        "POLYLINE" => pen.polyline(canvas, vertices),
-        "SPLINE" | "HELIX" => pen.spline(canvas),
-        "SOLID" | "TRACE" => pen.solid(canvas),
-        "3DFACE" => pen.face(canvas),
-        "TEXT" => text::text(canvas, record, layer, place),
+        "LINE" => painter.line(canvas, &[10, 11], false),
+        "POINT" => painter.line(canvas, &[10], false),
+        "CIRCLE" => painter.arc(canvas, true),
+        "ARC" => painter.arc(canvas, false),
+        "ELLIPSE" => painter.ellipse(canvas),
+        "LWPOLYLINE" => painter.light_polyline(canvas),
+        "POLYLINE" => painter.polyline(canvas, vertices),
+        "SPLINE" | "HELIX" => painter.spline(canvas),
+        "SOLID" | "TRACE" => painter.solid(canvas),
+        "3DFACE" => painter.face(canvas),
+        "TEXT" => text::text(canvas, record, layer, context),
         // Bit 1 hides an attribute.
-        "ATTRIB" if record.integer(70)? & 1 == 0 => text::text(canvas, record, layer, place),
+        "ATTRIB" if record.integer(70)? & 1 == 0 => text::text(canvas, record, layer, context),
         // Within a block an attribute definition is a template for the texts of each insert, unless
         // it is constant.
-        "ATTDEF" if record.integer(70)? & 1 == 0 && !place.is_in_block() => {
-            text::text(canvas, record, layer, place)
+        "ATTDEF" if record.integer(70)? & 1 == 0 && !context.is_in_block() => {
+            text::text(canvas, record, layer, context)
         }
         "ATTRIB" | "ATTDEF" => Ok(()),
-        "MTEXT" => mtext::draw(canvas, record, layer, place),
-        "HATCH" | "MPOLYGON" => hatch::draw(canvas, record, layer, place),
-        "LEADER" => leader::leader(canvas, record, layer, place),
-        "MULTILEADER" | "MLEADER" => leader::multileader(canvas, record, layer, place),
-        _ => canvas.leave_out(record, "this kind of entity is not drawn"),
+        "MTEXT" => mtext::draw(canvas, record, layer, context),
+        "HATCH" | "MPOLYGON" => hatch::draw(canvas, record, layer, context),
+        "LEADER" => leader::leader(canvas, record, layer, context),
+        "MULTILEADER" | "MLEADER" => leader::multileader(canvas, record, layer, context),
+        _ => canvas.leave_out(record, message!("this kind of entity is not drawn")),
     }
 }
 
@@ -92,13 +93,13 @@ fn unit(vector: [f64; 3]) -> [f64; 3] {
 }
 
 /// Entity to draw, with its layer and its transform to mm.
-struct Pen<'p> {
+struct EntityPainter<'p> {
     record: &'p Record<'p>,
     layer: &'p str,
     map: Affine,
 }
 
-impl<'p> Pen<'p> {
+impl<'p> EntityPainter<'p> {
     fn stroke(&self, canvas: &mut Canvas<'p>, points: Vec<Point>) -> DrawResult {
         canvas.stroke(points, self.record, self.layer)
     }
@@ -130,12 +131,12 @@ impl<'p> Pen<'p> {
 
     /// Draws the edges of a face, except the invisible ones.
     fn face(&self, canvas: &mut Canvas<'p>) -> DrawResult {
-        let unseen = self.record.integer(70)?;
-        if unseen & 15 == 0 {
+        let hidden_edges = self.record.integer(70)?;
+        if hidden_edges & 15 == 0 {
             return self.line(canvas, &[10, 11, 12, 13], true);
         }
         for (nth, codes) in [[10, 11], [11, 12], [12, 13], [13, 10]].iter().enumerate() {
-            if unseen & (1 << nth) == 0 {
+            if hidden_edges & (1 << nth) == 0 {
                 self.line(canvas, codes, false)?;
             }
         }
@@ -229,7 +230,7 @@ impl<'p> Pen<'p> {
         closed: bool,
     ) -> DrawResult {
         let Some(first) = corners.first().copied() else {
-            return canvas.leave_out(self.record, "it has no corners");
+            return canvas.leave_out(self.record, message!("it has no corners"));
         };
         if closed {
             corners.push(first);
@@ -253,8 +254,8 @@ impl<'p> Pen<'p> {
                 Some(_) => {
                     let [x, y, _] = self.record.point(code)?;
                     // A direction is rotated with the drawing, but not translated.
-                    let way = self.map * Point::new(x, y) - self.map * Point::ORIGIN;
-                    Ok(Some(way))
+                    let direction = self.map * Point::new(x, y) - self.map * Point::ORIGIN;
+                    Ok(Some(direction))
                 }
                 None => Ok(None),
             }
@@ -278,12 +279,12 @@ impl<'p> Pen<'p> {
         if controls.is_empty() && through.len() > 1 {
             let points = self.interpolated(&through, canvas.chords.for_curve())?;
             return match points.len() {
-                0 | 1 => canvas.leave_out(self.record, "its fit points are all the same"),
+                0 | 1 => canvas.leave_out(self.record, message!("its fit points are all the same")),
                 _ => self.stroke(canvas, points),
             };
         }
         if controls.is_empty() {
-            return canvas.leave_out(self.record, "it has no control points");
+            return canvas.leave_out(self.record, message!("it has no control points"));
         }
         let degree = record.integer(71)?;
         let (knots, weights) = (record.numbers(40)?, record.numbers(41)?);

@@ -1,6 +1,7 @@
 //! Hatches: areas within boundary paths, solid or with a line pattern.
 
 use kurbo::{Affine, Point, Vec2};
+use magician_host::message;
 
 use super::canvas::{Canvas, InsertContext};
 use super::curve::{self, Ellipse};
@@ -18,13 +19,13 @@ pub(super) fn draw<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
     layer: &'p str,
-    place: &InsertContext<'p>,
+    context: &InsertContext<'p>,
 ) -> DrawResult {
     let [_, _, z] = match record.text(10) {
         Some(_) => record.point(10)?,
         None => [0.0; 3],
     };
-    let map = place.map * plane(record, z)?;
+    let map = context.map * plane(record, z)?;
     let mut reader = Reader {
         pairs: record.pairs,
         record,
@@ -34,7 +35,7 @@ pub(super) fn draw<'p>(
         Err(why) => return canvas.leave_out(record, why.message),
     };
     if rings.is_empty() {
-        return canvas.leave_out(record, "it has no boundary");
+        return canvas.leave_out(record, message!("it has no boundary"));
     }
     // MPOLYGON has the flag of HATCH. Without a pattern it is drawn as a solid one.
     let solid = record.integer(70)? & 1 != 0 || record.integer(450)? == 1;
@@ -48,7 +49,7 @@ pub(super) fn draw<'p>(
         .collect();
     for family in families {
         let Some(lines) = placed(family, &map).within(&rings) else {
-            return canvas.leave_out(record, "its pattern has too many lines");
+            return canvas.leave_out(record, message!("its pattern has too many lines"));
         };
         for [from, to] in lines {
             let points = [from, to].map(|[x, y]| Point::new(x, y));
@@ -91,7 +92,7 @@ impl<'p> Reader<'p> {
 
     fn number(&mut self, code: i32) -> Result<f64, Diagnostic> {
         self.optional(code)?.ok_or_else(|| {
-            let why = format!("it ends before group code {code}");
+            let why = message!("it ends before group code {code}", code);
             Diagnostic::new(self.record.origin, why)
         })
     }
@@ -206,7 +207,7 @@ fn edge(
         _ => {
             return Err(Diagnostic::new(
                 reader.record.origin,
-                "its boundary has an unknown edge",
+                message!("its boundary has an unknown edge"),
             ));
         }
     };

@@ -82,8 +82,8 @@ fn partners(strokes: &[Stroke]) -> Vec<Option<End>> {
         };
         for (end, point) in [(2 * nth, first), (2 * nth + 1, last)] {
             let cell = point.map(|value| (value / END_GRID).round() as i64);
-            let met = meetings.entry((stroke.style, cell)).or_default();
-            met.push(end);
+            let ends = meetings.entry((stroke.style, cell)).or_default();
+            ends.push(end);
         }
     }
     let mut partners = vec![None; 2 * strokes.len()];

@@ -1,11 +1,12 @@
 //! Leaders: lines with an arrow, and for MULTILEADER also the text.
 
 use kurbo::{Affine, Point, Vec2};
+use magician_host::message;
 
 use super::canvas::{Canvas, InsertContext};
 use super::mtext::Paragraph;
 use super::pairs::{Pair, Record};
-use super::text::turn_of;
+use super::text::rotation_to;
 use crate::Diagnostic;
 
 type DrawResult = Result<(), Diagnostic>;
@@ -18,7 +19,7 @@ pub(super) fn leader<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
     layer: &'p str,
-    place: &InsertContext<'p>,
+    insert_context: &InsertContext<'p>,
 ) -> DrawResult {
     let points: Vec<Point> = record
         .points(10, -1)?
@@ -26,13 +27,13 @@ pub(super) fn leader<'p>(
         .map(|([x, y, _], _)| Point::new(x, y))
         .collect();
     if points.len() < 2 {
-        return canvas.leave_out(record, "it has no points");
+        return canvas.leave_out(record, message!("it has no points"));
     }
     let arrow = match record.text(71) {
         Some("0") => 0.0,
         _ => canvas.arrow_size(record.text(3)),
     };
-    with_arrow(canvas, &points, arrow, record, layer, place)
+    with_arrow(canvas, &points, arrow, record, layer, insert_context)
 }
 
 /// Draws a line with an arrow at its first point, unless the first segment is too short for one.
@@ -42,9 +43,12 @@ fn with_arrow<'p>(
     size: f64,
     record: &'p Record<'p>,
     layer: &'p str,
-    place: &InsertContext<'p>,
+    insert_context: &InsertContext<'p>,
 ) -> DrawResult {
-    let mapped = points.iter().map(|point| place.map * *point).collect();
+    let mapped = points
+        .iter()
+        .map(|point| insert_context.map * *point)
+        .collect();
     canvas.stroke(mapped, record, layer)?;
     let [tip, next, ..] = points else {
         return Ok(());
@@ -56,7 +60,7 @@ fn with_arrow<'p>(
     let along = way / way.hypot() * size;
     let aside = Vec2::new(-along.y, along.x) * (ARROW_WIDTH_SHARE / 2.0);
     let corners = [*tip, *tip + along + aside, *tip + along - aside];
-    let corners = corners.map(|corner| place.map * corner).to_vec();
+    let corners = corners.map(|corner| insert_context.map * corner).to_vec();
     canvas.area(vec![corners], record, layer)
 }
 
@@ -65,7 +69,7 @@ pub(super) fn multileader<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
     layer: &'p str,
-    place: &InsertContext<'p>,
+    insert_context: &InsertContext<'p>,
 ) -> DrawResult {
     let Context {
         text,
@@ -78,7 +82,7 @@ pub(super) fn multileader<'p>(
         leaders,
     } = Context::of(record)?;
     if text.is_none() && leaders.is_empty() {
-        return canvas.leave_out(record, "it has neither text nor lines");
+        return canvas.leave_out(record, message!("it has neither text nor lines"));
     }
     for leader in leaders {
         for line in leader.lines {
@@ -86,14 +90,14 @@ pub(super) fn multileader<'p>(
             points.extend(leader.end);
             points.extend(leader.end.zip(leader.dogleg).map(|(end, way)| end + way));
             if points.len() > 1 {
-                with_arrow(canvas, &points, arrow, record, layer, place)?;
+                with_arrow(canvas, &points, arrow, record, layer, insert_context)?;
             }
         }
     }
     let (Some(text), Some(location)) = (text, location) else {
         return Ok(());
     };
-    let map = place.map * Affine::translate(location.to_vec2()) * turn_of(direction);
+    let map = insert_context.map * Affine::translate(location.to_vec2()) * rotation_to(direction);
     let paragraph = Paragraph {
         height,
         width,

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use kurbo::{Affine, Point};
+use magician_host::message;
 
 use super::canvas::Canvas;
 use super::pairs::Record;
@@ -12,7 +13,7 @@ use crate::Diagnostic;
 const CLOSED_FLAGS: [i64; 2] = [1, 32];
 /// Flag of a vertex: it is a face of a polyface mesh.
 const FACE_FLAG: i64 = 128;
-/// Flag of a vertex: it has coordinates.
+/// Flag of a vertex that has coordinates; flag of a POLYLINE that is a polyface mesh.
 const COORDINATES_FLAG: i64 = 64;
 /// Flag of a vertex that is a control point. The smooth surface has separate vertices.
 const CONTROL_POINT_FLAG: i64 = 16;
@@ -26,7 +27,7 @@ pub(super) fn draw<'p>(
     map: Affine,
 ) -> Result<(), Diagnostic> {
     let flags = record.integer(70)?;
-    let mut places = Vec::new();
+    let mut points = Vec::new();
     let mut faces = Vec::new();
     for vertex in vertices {
         let kind = vertex.integer(70)?;
@@ -37,27 +38,27 @@ pub(super) fn draw<'p>(
             faces.push(vertex);
         } else {
             let [x, y, _] = vertex.point(10)?;
-            places.push(map * Point::new(x, y));
+            points.push(map * Point::new(x, y));
         }
     }
     let pairs = if flags & COORDINATES_FLAG != 0 {
         edges_of(&faces)?
     } else {
         // A smoothed surface has its own numbers of rows and columns.
-        let count = |own, smooth| match record.integer(smooth)? {
-            0 => record.integer(own),
+        let count = |normal_code, smooth_code| match record.integer(smooth_code)? {
+            0 => record.integer(normal_code),
             count => Ok(count),
         };
         let counts = [count(71, 73)?, count(72, 74)?];
         grid(
             counts,
             CLOSED_FLAGS.map(|flag| flags & flag != 0),
-            places.len(),
+            points.len(),
         )
     };
     let mut drawn = HashSet::new();
     for [from, to] in pairs {
-        let (Some(one), Some(other)) = (places.get(from), places.get(to)) else {
+        let (Some(one), Some(other)) = (points.get(from), points.get(to)) else {
             continue;
         };
         if drawn.insert([from.min(to), from.max(to)]) {
@@ -65,7 +66,7 @@ pub(super) fn draw<'p>(
         }
     }
     if drawn.is_empty() {
-        canvas.leave_out(record, "its mesh has no edges")
+        canvas.leave_out(record, message!("its mesh has no edges"))
     } else {
         Ok(())
     }
@@ -84,17 +85,20 @@ fn edges_of(faces: &[&Record<'_>]) -> Result<Vec<[usize; 2]>, Diagnostic> {
             }
         }
         let next = corners.iter().cycle().skip(1);
-        let seen = corners.iter().zip(next).filter(|(from, _)| **from > 0);
+        let visible = corners.iter().zip(next).filter(|(from, _)| **from > 0);
         let index = |corner: i64| usize::try_from(corner.unsigned_abs() - 1).unwrap_or(usize::MAX);
-        edges.extend(seen.map(|(from, to)| [*from, *to].map(index)));
+        edges.extend(visible.map(|(from, to)| [*from, *to].map(index)));
     }
     Ok(edges)
 }
 
 /// Returns the edges between neighbours in a grid.
-fn grid([rows, columns]: [i64; 2], closed: [bool; 2], most: usize) -> Vec<[usize; 2]> {
+fn grid([rows, columns]: [i64; 2], closed: [bool; 2], vertex_count: usize) -> Vec<[usize; 2]> {
     let [rows, columns] = [rows, columns].map(|count| usize::try_from(count).unwrap_or(0));
-    if rows.checked_mul(columns).is_none_or(|count| count > most) {
+    if rows
+        .checked_mul(columns)
+        .is_none_or(|count| count > vertex_count)
+    {
         return Vec::new();
     }
     let mut edges = Vec::new();

@@ -1,11 +1,12 @@
 //! Multi-line texts (MTEXT) with inline formatting codes.
 
 use kurbo::{Affine, Vec2};
+use magician_host::message;
 
 use super::canvas::{Canvas, InsertContext};
 use super::entity::plane;
 use super::pairs::Record;
-use super::text::{DESCENDER_DEPTH, Row, bounded, decoded, turn_of};
+use super::text::{DESCENDER_DEPTH, Row, bounded, decoded, rotation_to};
 use crate::Diagnostic;
 
 /// Distance of baselines at a factor of 1, in heights of a capital.
@@ -56,7 +57,7 @@ pub(super) fn draw<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
     layer: &'p str,
-    place: &InsertContext<'p>,
+    context: &InsertContext<'p>,
 ) -> Result<(), Diagnostic> {
     // After this code follow values of embedded objects with the same codes.
     let own = record.until(101);
@@ -75,12 +76,12 @@ pub(super) fn draw<'p>(
         Some(50) => Affine::rotate(own.number(50)?.unwrap_or(0.0).to_radians()),
         Some(_) => {
             let [x, y, _] = own.point(11)?;
-            turn_of(Vec2::new(x, y))
+            rotation_to(Vec2::new(x, y))
         }
         None => Affine::IDENTITY,
     };
     // Position and direction are in coordinates of the drawing, not of the entity's plane.
-    let at = place.map * Affine::translate((x, y));
+    let at = context.map * Affine::translate((x, y));
     let map = match turned.map(|pair| pair.code) {
         Some(11) => at * turn,
         // An angle (code 50), or no direction: relative to the x axis of the entity's plane.
@@ -124,7 +125,7 @@ impl Paragraph {
             return Ok(());
         }
         if self.height <= 0.0 {
-            return canvas.leave_out(record, "it has no height");
+            return canvas.leave_out(record, message!("it has no height"));
         }
         let mut rows = Vec::new();
         for line in parsed(content, self.height) {

@@ -1,6 +1,8 @@
 //! The syntax of DXF: pairs of a group code and a value, each on its own line, grouped into
 //! records.
 
+use magician_host::message;
+
 use crate::encoding::number;
 use crate::{Diagnostic, Origin};
 
@@ -28,11 +30,14 @@ pub(super) fn pairs(text: &str) -> Result<Vec<Pair<'_>>, Diagnostic> {
             let what = shortened(code.trim());
             return Err(Diagnostic::new(
                 at,
-                format!("expected a group code, found \"{what}\""),
+                message!("expected a group code, found \"{what}\"", what),
             ));
         };
         let Some((line, value)) = lines.next() else {
-            return Err(Diagnostic::new(at, "the file ends after a group code"));
+            return Err(Diagnostic::new(
+                at,
+                message!("the file ends after a group code"),
+            ));
         };
         pairs.push(Pair {
             code: number,
@@ -70,7 +75,10 @@ impl Pair<'_> {
     pub(super) fn number(&self) -> Result<f64, Diagnostic> {
         number(self.value).ok_or_else(|| {
             let what = shortened(self.value);
-            Diagnostic::new(self.origin, format!("expected a number, found \"{what}\""))
+            Diagnostic::new(
+                self.origin,
+                message!("expected a number, found \"{what}\"", what),
+            )
         })
     }
 
@@ -79,7 +87,7 @@ impl Pair<'_> {
             let what = shortened(self.value);
             Diagnostic::new(
                 self.origin,
-                format!("expected a whole number, found \"{what}\""),
+                message!("expected a whole number, found \"{what}\"", what),
             )
         })
     }
@@ -145,7 +153,11 @@ impl<'p> Record<'p> {
     /// Returns a mandatory number.
     pub(super) fn needed(&self, code: i32) -> Result<f64, Diagnostic> {
         self.number(code)?.ok_or_else(|| {
-            let why = format!("{} has no value for group code {code}", self.kind);
+            let why = message!(
+                "{kind} has no value for group code {code}",
+                kind = self.kind,
+                code
+            );
             Diagnostic::new(self.origin, why)
         })
     }
@@ -165,13 +177,17 @@ impl<'p> Record<'p> {
     /// to 0.
     pub(super) fn point(&self, code: i32) -> Result<[f64; 3], Diagnostic> {
         let x = self.needed(code)?;
-        let [y, z] = [10, 20].map(|more| self.number(code + more));
+        let [y, z] = [10, 20].map(|offset| self.number(code + offset));
         Ok([x, y?.unwrap_or(0.0), z?.unwrap_or(0.0)])
     }
 
-    /// Returns all points whose x has this code, each with the value of the code `more` that
-    /// follows it.
-    pub(super) fn points(&self, code: i32, more: i32) -> Result<Vec<([f64; 3], f64)>, Diagnostic> {
+    /// Returns all points whose x has this code, each with the value of the code `extra_code`
+    /// that follows it.
+    pub(super) fn points(
+        &self,
+        code: i32,
+        extra_code: i32,
+    ) -> Result<Vec<([f64; 3], f64)>, Diagnostic> {
         let mut points: Vec<([f64; 3], f64)> = Vec::new();
         for pair in self.pairs {
             if pair.code == code {
@@ -180,7 +196,7 @@ impl<'p> Record<'p> {
                 match pair.code - code {
                     10 => point[1] = pair.number()?,
                     20 => point[2] = pair.number()?,
-                    _ if pair.code == more => *extra = pair.number()?,
+                    _ if pair.code == extra_code => *extra = pair.number()?,
                     _ => {}
                 }
             }

@@ -1,6 +1,7 @@
 //! Splines: rational B-splines of any degree and knot vector, and splines through fit points.
 
 use kurbo::{BezPath, PathEl, Point, Vec2};
+use magician_host::{Message, message};
 
 /// Largest degree. It bounds the stack array of de Boor's algorithm; CAD programs use 3, rarely
 /// more.
@@ -122,15 +123,17 @@ impl Spline {
         knots: Vec<f64>,
         points: &[Point],
         weights: &[f64],
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Message> {
         let count = points.len();
         let degree = usize::try_from(degree).unwrap_or(0);
         if !(1..=MAX_DEGREE).contains(&degree) {
-            return Err(format!("a spline of degree {degree} is not drawn"));
+            return Err(message!("a spline of degree {degree} is not drawn", degree));
         }
         if count <= degree {
-            return Err(format!(
-                "a spline of degree {degree} needs more than {count} points"
+            return Err(message!(
+                "a spline of degree {degree} needs more than {count} points",
+                degree,
+                count
             ));
         }
         let knots = if knots.is_empty() {
@@ -140,16 +143,19 @@ impl Spline {
         };
         if knots.len() != count + degree + 1 {
             let needed = count + degree + 1;
-            return Err(format!(
-                "a spline has {} knots, and needs {needed}",
-                knots.len()
+            return Err(message!(
+                "a spline has {count} knots, and needs {needed}",
+                count = knots.len(),
+                needed
             ));
         }
         if !knots.is_sorted() {
-            return Err("the knots of a spline do not increase".to_owned());
+            return Err(message!("the knots of a spline do not increase"));
         }
         if !(weights.is_empty() || weights.len() == count) || weights.iter().any(|w| *w <= 0.0) {
-            return Err("the weights of a spline must be above 0, one for each point".to_owned());
+            return Err(message!(
+                "the weights of a spline must be above 0, one for each point"
+            ));
         }
         let weights = weights.iter().copied().chain(std::iter::repeat(1.0));
         let controls = points.iter().zip(weights);

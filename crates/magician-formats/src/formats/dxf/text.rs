@@ -1,6 +1,7 @@
 //! Single-line texts: TEXT and the attributes of blocks. Multi-line texts are in `mtext`.
 
 use kurbo::{Affine, Point, Vec2};
+use magician_host::message;
 
 use super::canvas::{Canvas, InsertContext};
 use super::entity::plane;
@@ -10,7 +11,7 @@ use crate::Diagnostic;
 
 type DrawResult = Result<(), Diagnostic>;
 
-/// Depth of descenders below the baseline, in heights of a capital.
+/// Depth of descenders below the baseline, as a share of the capital height.
 pub(super) const DESCENDER_DEPTH: f64 = 1.0 / 3.0;
 /// Largest number of characters of a text. It bounds the work for damaged files.
 pub(super) const MAX_CHARACTERS: usize = 100_000;
@@ -38,7 +39,7 @@ pub(super) fn text<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
     layer: &'p str,
-    place: &InsertContext<'p>,
+    context: &InsertContext<'p>,
 ) -> DrawResult {
     let code = if record.kind == "ATTDEF" { 2 } else { 1 };
     let content = bounded(record, decoded(record.verbatim(code).unwrap_or_default()))?;
@@ -46,22 +47,22 @@ pub(super) fn text<'p>(
         return Ok(());
     }
     let style = canvas.style(record.text(7));
-    let number = |code, usual| record.number(code).map(|found| found.unwrap_or(usual));
+    let number = |code, default| record.number(code).map(|found| found.unwrap_or(default));
     let height = number(40, style.height)?;
     let oblique = number(51, style.oblique)?;
     let mut stretch = number(41, style.width)?;
-    let mut turn = number(50, 0.0)?;
+    let mut rotation = number(50, 0.0)?;
     let [x, y, z] = record.point(10)?;
     let mut at = Point::new(x, y);
-    let second = match record.text(11) {
+    let alignment_point = match record.text(11) {
         Some(_) => record.point(11).map(|[x, y, _]| Point::new(x, y))?,
         None => at,
     };
     // ATTRIB and ATTDEF store the vertical alignment under another code.
-    let vertical = if record.kind == "TEXT" { 73 } else { 74 };
-    let (across, up) = (record.integer(72)?, record.integer(vertical)?);
+    let vertical_code = if record.kind == "TEXT" { 73 } else { 74 };
+    let (horizontal, vertical) = (record.integer(72)?, record.integer(vertical_code)?);
     if height <= 0.0 || stretch == 0.0 {
-        return canvas.leave_out(record, "it has no height or no width");
+        return canvas.leave_out(record, message!("it has no height or no width"));
     }
     let mut size = height;
     let row = Row::of(
@@ -72,16 +73,16 @@ pub(super) fn text<'p>(
         stretch,
         oblique,
     )?;
-    let wide = row.width;
+    let natural_width = row.width;
     let mut row = row;
     // Aligned and fitted texts extend between two points.
-    if let (3 | 5, way) = (across, second - at)
-        && way.hypot() > 0.0
-        && wide > 0.0
+    if let (3 | 5, baseline) = (horizontal, alignment_point - at)
+        && baseline.hypot() > 0.0
+        && natural_width > 0.0
     {
-        turn = way.atan2().to_degrees();
-        let share = way.hypot() / wide;
-        if across == 3 {
+        rotation = baseline.atan2().to_degrees();
+        let share = baseline.hypot() / natural_width;
+        if horizontal == 3 {
             size *= share;
         } else {
             stretch *= share;
@@ -94,15 +95,15 @@ pub(super) fn text<'p>(
             stretch,
             oblique,
         )?;
-    } else if across != 0 || up != 0 {
-        at = second;
+    } else if horizontal != 0 || vertical != 0 {
+        at = alignment_point;
     }
-    let left = match across {
+    let left = match horizontal {
         1 | 4 => -row.width / 2.0,
         2 => -row.width,
         _ => 0.0,
     };
-    let down = match (across, up) {
+    let down = match (horizontal, vertical) {
         (4, 0) | (_, 2) => -size / 2.0,
         (_, 1) => size * DESCENDER_DEPTH,
         (_, 3) => -size,
@@ -110,10 +111,10 @@ pub(super) fn text<'p>(
     };
     let flags = record.integer(71)?;
     let mirror = |bit: i64| if flags & bit != 0 { -1.0 } else { 1.0 };
-    let map = place.map
+    let map = context.map
         * plane(record, z)?
         * Affine::translate(at.to_vec2())
-        * Affine::rotate(turn.to_radians())
+        * Affine::rotate(rotation.to_radians())
         * Affine::scale_non_uniform(mirror(2), mirror(4))
         * Affine::translate((left, down));
     row.draw(canvas, &map, record, layer)
@@ -141,8 +142,8 @@ impl Row {
         let mut row = Self::default();
         for run in runs {
             let size = size * run.size;
-            let lean = libm::tan((oblique + run.oblique).clamp(-85.0, 85.0).to_radians());
-            let wide = stretch * run.width;
+            let shear = libm::tan((oblique + run.oblique).clamp(-85.0, 85.0).to_radians());
+            let x_scale = stretch * run.width;
             let (begin, raise) = (row.width, size * run.raise);
             for character in run.text.chars().filter(|character| !character.is_control()) {
                 let Some(glyph) = canvas.glyph(character, size, record)? else {
@@ -150,10 +151,10 @@ impl Row {
                 };
                 let at = row.width;
                 row.lines.extend(glyph.lines.iter().map(|line| {
-                    let point = |[x, y]: &[f64; 2]| [at + (x + lean * y) * wide, y + raise];
+                    let point = |[x, y]: &[f64; 2]| [at + (x + shear * y) * x_scale, y + raise];
                     line.iter().map(point).collect()
                 }));
-                row.width += glyph.advance * wide * run.spacing;
+                row.width += glyph.advance * x_scale * run.spacing;
             }
             for height in run.bars.iter().flatten() {
                 let y = raise + height * size;
@@ -182,8 +183,8 @@ impl Row {
     }
 }
 
-/// Rotation from x to a direction; the identity for a zero vector.
-pub(super) fn turn_of(direction: Vec2) -> Affine {
+/// Rotation from the x axis to a direction; the identity for a zero vector.
+pub(super) fn rotation_to(direction: Vec2) -> Affine {
     if direction.hypot() > 0.0 && direction.is_finite() {
         Affine::rotate(direction.atan2())
     } else {
@@ -197,7 +198,11 @@ pub(super) fn bounded(record: &Record<'_>, text: String) -> Result<String, Diagn
     if count <= MAX_CHARACTERS {
         return Ok(text);
     }
-    let message = format!("the text has {count} characters, limit {MAX_CHARACTERS}");
+    let message = message!(
+        "the text has {count} characters, limit {limit}",
+        count,
+        limit = MAX_CHARACTERS
+    );
     Err(Diagnostic::new(record.origin, message))
 }
 
@@ -207,8 +212,8 @@ pub(super) fn decoded(text: &str) -> String {
     let mut decoded = String::new();
     let mut rest = text;
     while let Some(first) = rest.chars().next() {
-        let (sign, length) = code(rest).unwrap_or((Some(first), first.len_utf8()));
-        decoded.extend(sign);
+        let (symbol, length) = code(rest).unwrap_or((Some(first), first.len_utf8()));
+        decoded.extend(symbol);
         rest = rest.get(length..).unwrap_or_default();
     }
     decoded
@@ -224,7 +229,7 @@ fn code(text: &str) -> Option<(Option<char>, usize)> {
         {
             return Some((Some(char::from(number)), 5));
         }
-        let sign = match letter.to_ascii_lowercase() {
+        let symbol = match letter.to_ascii_lowercase() {
             'd' => Some('°'),
             'c' => Some('Ø'),
             'p' => Some('±'),
@@ -232,17 +237,17 @@ fn code(text: &str) -> Option<(Option<char>, usize)> {
             'u' | 'o' | 'k' => None,
             _ => return None,
         };
-        return Some((sign, 3));
+        return Some((symbol, 3));
     }
     if let Some(digits) = text.strip_prefix("\\U+").and_then(|rest| rest.get(..4)) {
-        let sign = char::from_u32(u32::from_str_radix(digits, 16).ok()?)?;
-        return Some((Some(sign), 7));
+        let symbol = char::from_u32(u32::from_str_radix(digits, 16).ok()?)?;
+        return Some((Some(symbol), 7));
     }
     let caret = text.strip_prefix('^')?;
-    let sign = match caret.chars().next()? {
+    let symbol = match caret.chars().next()? {
         ' ' => '^',
         'I' | 'J' | 'M' => ' ',
         _ => return None,
     };
-    Some((Some(sign), 2))
+    Some((Some(symbol), 2))
 }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use magician_host::{Message, message};
+
 use crate::artwork::distance;
 
 /// Distance below which both ends of an arc coincide, mm: it is a full circle. It absorbs the
@@ -97,7 +99,7 @@ impl Arc {
         round: ArcForm,
         turns: u32,
         tolerance: f64,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Message> {
         let plane = ends.plane;
         let ends = &Ends {
             from: plane.project(ends.from),
@@ -113,11 +115,13 @@ impl Arc {
         let radii = [distance(centre, [ax, ay]), distance(centre, [bx, by])];
         let [first, last] = radii;
         if first < FULL_CIRCLE_TOLERANCE {
-            return Err("the arc begins at its centre".into());
+            return Err(message!("the arc begins at its centre"));
         }
         if (first - last).abs() > tolerance.max(RADIUS_TOLERANCE * first) {
-            return Err(format!(
-                "the arc begins {first:.3} mm from its centre and ends {last:.3} mm from it"
+            return Err(message!(
+                "the arc begins {first:.3} mm from its centre and ends {last:.3} mm from it",
+                first,
+                last
             ));
         }
         let start = libm::atan2(ay - centre[1], ax - centre[0]);
@@ -184,15 +188,17 @@ impl Arc {
     pub(super) fn corners(
         &self,
         tolerance: f64,
-    ) -> Result<impl Iterator<Item = [f64; 3]> + use<>, String> {
+    ) -> Result<impl Iterator<Item = [f64; 3]> + use<>, Message> {
         let radius = self.radii[0].max(self.radii[1]);
         let widest = 2.0 * libm::acos((1.0 - tolerance / radius).clamp(-1.0, 1.0));
         // At most a quarter per chord, so that a small circle does not degenerate to a line.
         let count = (self.sweep.abs() / widest.min(PI / 2.0)).ceil().max(1.0);
         if count > MAX_PIECES {
-            return Err(format!(
-                "the arc has a radius of {radius:.0} mm and takes {count:.0} lines, limit \
-                    {MAX_PIECES}"
+            return Err(message!(
+                "the arc has a radius of {radius:.0} mm and takes {count:.0} lines, limit {limit}",
+                radius,
+                count,
+                limit = MAX_PIECES
             ));
         }
         let arc = *self;
@@ -201,19 +207,25 @@ impl Arc {
 }
 
 /// Computes the centre of an arc from its radius.
-fn centre_of(ends: &Ends, chord: f64, radius: f64, tolerance: f64) -> Result<[f64; 2], String> {
+fn centre_of(ends: &Ends, chord: f64, radius: f64, tolerance: f64) -> Result<[f64; 2], Message> {
     let [[ax, ay, _], [bx, by, _]] = [ends.from, ends.to];
     if chord < FULL_CIRCLE_TOLERANCE {
-        let words = ends.plane.centre_words().replace(", ", " and ");
-        return Err(format!(
-            "an arc given by its radius must not end where it begins; a circle needs {words}"
+        let words = ends.plane.centre_words().split_once(", ");
+        let (first, second) = words.unwrap_or_default();
+        return Err(message!(
+            "an arc given by its radius must not end where it begins; a circle needs {first} and {second}",
+            first,
+            second
         ));
     }
     let (size, half) = (radius.abs(), chord / 2.0);
     if half - size > tolerance.max(RADIUS_TOLERANCE * half) {
-        return Err(format!(
+        return Err(message!(
             "a radius of {size:.3} mm is too small for ends that are {chord:.3} mm apart, it must \
-                be at least {half:.3} mm"
+                be at least {half:.3} mm",
+            size,
+            chord,
+            half
         ));
     }
     let off = (size * size - half * half).max(0.0).sqrt();

@@ -5,18 +5,20 @@
 //! program is placed and starts at its own origin. In each case nothing is drawn from a position
 //! that the program does not mean, and the tool is lowered only where the program wants it low.
 
+use magician_host::{Message, message};
+
 use super::block::Block;
 use super::machine::{Machine, Mode};
 use super::motion::AXES;
 use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Origin};
 
-const FEED_FIRST: &str = "the program begins with a feed move (G1) from an unknown position: the \
-        arm first goes to the end of that move and draws from there";
-const NAMES_LATER: &str = "the first moves do not give all of X, Y and Z, and the arm's position \
-        is unknown: the arm comes from above instead";
-const LOWERED_LATER: &str = "the program lowers the tool before it gives X and Y: it is lowered \
-        at the first X and Y, not at the arm's position";
+fn feed_first() -> Message {
+    message!(
+        "the program begins with a feed move (G1) from an unknown position: the arm first goes to \
+        the end of that move and draws from there"
+    )
+}
 
 /// State of the program's start.
 #[derive(Debug, Default)]
@@ -110,10 +112,15 @@ impl Machine<'_> {
         // from wherever the arm is.
         if stray && self.begin.is_own() && (feeds || waited || says_z_later || self.lifts) {
             if waited {
-                self.notes.add_without_start(origin, NAMES_LATER);
+                let message = message!(
+                    "the first moves do not give all of X, Y and Z, and the arm's position is \
+                    unknown: the arm comes from above instead"
+                );
+                self.notes.add_without_start(origin, message);
             }
             if feeds && (self.pen_is_down || !self.lifts) {
-                self.notes.add(DiagnosticCode::Assumed, origin, FEED_FIRST);
+                self.notes
+                    .add(DiagnosticCode::Assumed, origin, feed_first());
             }
             self.begin.held = None;
             self.out.enter(place, origin);
@@ -145,7 +152,8 @@ impl Machine<'_> {
         origin: Origin,
     ) {
         if stray && feeds {
-            self.notes.add(DiagnosticCode::Assumed, origin, FEED_FIRST);
+            self.notes
+                .add(DiagnosticCode::Assumed, origin, feed_first());
         }
         // Only a descent is delayed: going up at once is safe.
         let height = self.begin.held.map(|(height, _)| height).or(from[2]);
@@ -161,8 +169,11 @@ impl Machine<'_> {
             }
             Some(height) => {
                 self.begin.held = Some((height, origin));
-                self.notes
-                    .add(DiagnosticCode::Assumed, origin, LOWERED_LATER);
+                let message = message!(
+                    "the program lowers the tool before it gives X and Y: it is lowered at the \
+                    first X and Y, not at the arm's position"
+                );
+                self.notes.add(DiagnosticCode::Assumed, origin, message);
             }
             None => {
                 self.begin.held = None;
@@ -184,8 +195,9 @@ impl Machine<'_> {
         {
             return Ok(());
         }
-        let message = "this arc begins at the arm's position, which the program does not give";
-        let help = "put a move (G0 X Y) to its begin before it";
+        let message =
+            message!("this arc begins at the arm's position, which the program does not give");
+        let help = message!("put a move (G0 X Y) to its begin before it");
         Err(SpanDiagnostic::new(block.range.clone(), message).help(help))
     }
 
@@ -273,8 +285,10 @@ impl Machine<'_> {
         }
         let z = z.unwrap_or_else(|| {
             let message = match self.survey.highest_z {
-                Some(_) => "the first moves have no Z: the highest Z of the program is used",
-                None => "the program has no Z: 0 is used",
+                Some(_) => {
+                    message!("the first moves have no Z: the highest Z of the program is used")
+                }
+                None => message!("the program has no Z: 0 is used"),
             };
             self.notes.add_without_start(origin, message);
             self.survey.highest_z.unwrap_or(0.0)

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use magician_host::{Message, message};
+
 use super::lexer::{Item, Words};
 use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
@@ -52,7 +54,7 @@ pub(super) struct Block {
     /// Parameters set by the line, with value and place.
     pub(super) sets: Vec<(Key, f64, Range<usize>)>,
     /// Parts left out, with reason and place.
-    pub(super) left_out: Vec<(&'static str, Range<usize>)>,
+    pub(super) left_out: Vec<(Message, Range<usize>)>,
     /// From the first word to the last.
     pub(super) range: Range<usize>,
 }
@@ -111,11 +113,14 @@ impl Block {
             let letter = char::from(letter);
             return Err(SpanDiagnostic::new(
                 range,
-                format!("unknown code {letter}{number}"),
+                message!("unknown code {letter}{number}", letter, number),
             ));
         }
         if self.codes.len() == MAX_CODES {
-            return Err(SpanDiagnostic::new(range, "too many codes on one line"));
+            return Err(SpanDiagnostic::new(
+                range,
+                message!("too many codes on one line"),
+            ));
         }
         let tenths = tenths as u32;
         self.codes.push(Code {
@@ -134,7 +139,8 @@ impl Block {
     fn set(&mut self, letter: u8, number: f64, range: &Range<usize>) -> Result<(), SpanDiagnostic> {
         let at = index(letter);
         if self.number(letter).is_some_and(|known| known != number) {
-            let message = format!("{} appears twice on one line", char::from(letter));
+            let letter = char::from(letter);
+            let message = message!("{letter} appears twice on one line", letter);
             return Err(SpanDiagnostic::new(range.clone(), message));
         }
         self.given |= 1 << at;

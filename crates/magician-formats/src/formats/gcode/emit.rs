@@ -1,6 +1,6 @@
 //! Emission of plan steps for the motions of a program.
 
-use magician_host::build;
+use magician_host::{Message, build};
 use magician_protocol::Set;
 
 use super::arc::Arc;
@@ -150,7 +150,7 @@ impl<'o> Emitter<'o> {
         arc: &Arc,
         work: CutSettings,
         origin: Origin,
-    ) -> Result<(), String> {
+    ) -> Result<(), Message> {
         self.begin(origin);
         let tolerance = self.chords.for_curve();
         let lines = self.laser || self.options.arcs == Arcs::Lines || !arc.is_level();

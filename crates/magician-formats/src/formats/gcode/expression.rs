@@ -1,5 +1,7 @@
 //! Evaluation of real values in RS-274: numbers, parameters, bracketed expressions and functions.
 
+use magician_host::{Message, message};
+
 use super::lexer::Words;
 use super::parameters::{Key, LAST_PARAMETER};
 use crate::formats::span::SpanDiagnostic;
@@ -19,11 +21,11 @@ const FUNCTIONS: [&str; 14] = [
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Operator {
     Power,
-    Times,
-    By,
+    Multiply,
+    Divide,
     Modulo,
-    Plus,
-    Minus,
+    Add,
+    Subtract,
     Equal,
     Unequal,
     Greater,
@@ -36,18 +38,18 @@ enum Operator {
 }
 
 use Operator::{
-    And, By, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, Minus, Modulo, Or, Plus, Power,
-    Times, Unequal, Xor,
+    Add, And, Divide, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, Modulo, Multiply, Or,
+    Power, Subtract, Unequal, Xor,
 };
 
 /// Operators as written, longer ones before their prefixes.
 const OPERATORS: [(&str, Operator); 15] = [
     ("**", Power),
-    ("*", Times),
-    ("/", By),
+    ("*", Multiply),
+    ("/", Divide),
     ("MOD", Modulo),
-    ("+", Plus),
-    ("-", Minus),
+    ("+", Add),
+    ("-", Subtract),
     ("EQ", Equal),
     ("NE", Unequal),
     ("GT", Greater),
@@ -64,24 +66,24 @@ impl Operator {
     fn precedence(self) -> u8 {
         match self {
             Power => 5,
-            Times | By | Modulo => 4,
-            Plus | Minus => 3,
+            Multiply | Divide | Modulo => 4,
+            Add | Subtract => 3,
             Equal | Unequal | Greater | GreaterOrEqual | Less | LessOrEqual => 2,
             And | Or | Xor => 1,
         }
     }
 
-    fn of(self, left: f64, right: f64) -> f64 {
+    fn apply(self, left: f64, right: f64) -> f64 {
         let truth = |holds: bool| f64::from(u8::from(holds));
         let equal = (left - right).abs() < EQUALITY_TOLERANCE;
         let (a, b) = (left != 0.0, right != 0.0);
         match self {
             Power => libm::pow(left, right),
-            Times => left * right,
-            By => left / right,
+            Multiply => left * right,
+            Divide => left / right,
             Modulo => left.rem_euclid(right),
-            Plus => left + right,
-            Minus => left - right,
+            Add => left + right,
+            Subtract => left - right,
             Equal => truth(equal),
             Unequal => truth(!equal),
             Greater => truth(left > right && !equal),
@@ -121,7 +123,7 @@ impl Words<'_> {
             return Ok(Some(sign * number));
         }
         if depth > MAX_DEPTH {
-            let message = format!("values are nested more than {MAX_DEPTH} deep");
+            let message = message!("values are nested more than {most} deep", most = MAX_DEPTH);
             return Err(SpanDiagnostic::new(start..self.at + 1, message));
         }
         let value = match self.peek() {
@@ -147,9 +149,9 @@ impl Words<'_> {
         Ok(Some(sign * value))
     }
 
-    fn unknown(&self, start: usize, message: String) -> SpanDiagnostic {
-        SpanDiagnostic::new(start..self.at, message)
-            .help("export the file with plain numbers, or set it in the file")
+    fn unknown(&self, start: usize, message: Message) -> SpanDiagnostic {
+        let help = message!("export the file with plain numbers, or set it in the file");
+        SpanDiagnostic::new(start..self.at, message).help(help)
     }
 
     /// Parses `#` and the parameter after it.
@@ -165,7 +167,7 @@ impl Words<'_> {
             return self.name().map(Key::Name);
         }
         let Some(number) = self.value_at(depth + 1)? else {
-            let message = "# has no parameter number or name";
+            let message = message!("# has no parameter number or name");
             return Err(SpanDiagnostic::new(start..start + 1, message));
         };
         let whole = number.round();
@@ -174,7 +176,11 @@ impl Words<'_> {
         {
             return Ok(Key::Number(whole as u16));
         }
-        let message = format!("unknown parameter #{number}; they are #1 to #{LAST_PARAMETER}");
+        let message = message!(
+            "unknown parameter #{number}; they are #1 to #{last}",
+            number,
+            last = LAST_PARAMETER
+        );
         Err(SpanDiagnostic::new(start..self.at, message))
     }
 
@@ -185,7 +191,7 @@ impl Words<'_> {
         let Some(length) = rest.find('>') else {
             return Err(SpanDiagnostic::new(
                 start..start + 1,
-                "a name ends with > on its line",
+                message!("a name ends with > on its line"),
             ));
         };
         self.at = start + length + 2;
@@ -193,7 +199,10 @@ impl Words<'_> {
         let letters = letters.filter(|letter| !letter.is_whitespace());
         let name: String = letters.map(|letter| letter.to_ascii_lowercase()).collect();
         if name.is_empty() {
-            return Err(SpanDiagnostic::new(start..self.at, "a name has no letters"));
+            return Err(SpanDiagnostic::new(
+                start..self.at,
+                message!("a name has no letters"),
+            ));
         }
         Ok(name.into())
     }
@@ -207,7 +216,7 @@ impl Words<'_> {
         if self.peek() != Some(b']') {
             return Err(SpanDiagnostic::new(
                 start..start + 1,
-                "this bracket is not closed",
+                message!("this bracket is not closed"),
             ));
         }
         self.at += 1;
@@ -215,13 +224,13 @@ impl Words<'_> {
     }
 
     /// Parses values joined by operators of at least this precedence (precedence climbing).
-    fn terms(&mut self, depth: u32, least: u8) -> Result<f64, SpanDiagnostic> {
+    fn terms(&mut self, depth: u32, min_precedence: u8) -> Result<f64, SpanDiagnostic> {
         self.skip_blanks();
         let start = self.at;
         let Some(mut left) = self.value_at(depth + 1)? else {
             return Err(SpanDiagnostic::new(
                 start..start + 1,
-                "a value is missing here",
+                message!("a value is missing here"),
             ));
         };
         loop {
@@ -230,20 +239,25 @@ impl Words<'_> {
             let Some(operator) = self.operator() else {
                 return Ok(left);
             };
-            if operator.precedence() < least {
+            if operator.precedence() < min_precedence {
                 self.at = before;
                 return Ok(left);
             }
             let right = self.terms(depth, operator.precedence() + 1)?;
-            let value = operator.of(left, right);
+            let value = operator.apply(left, right);
             if !value.is_finite() {
                 let name = self.line.get(before..before + 1).unwrap_or_default();
-                let what = if operator == By || operator == Modulo {
-                    "divides by 0".to_owned()
+                let message = if operator == Divide || operator == Modulo {
+                    message!("this divides by 0")
                 } else {
-                    format!("of {left} and {right} is not a number ({name}..)")
+                    message!(
+                        "this of {left} and {right} is not a number ({name}..)",
+                        left,
+                        right,
+                        name
+                    )
                 };
-                return Err(SpanDiagnostic::new(start..self.at, format!("this {what}")));
+                return Err(SpanDiagnostic::new(start..self.at, message));
             }
             left = value;
         }
@@ -275,39 +289,39 @@ impl Words<'_> {
         if name == "EXISTS" {
             return self.exists(start, depth).map(Some);
         }
-        let of = self.bracket(depth + 1)?;
+        let argument = self.bracket(depth + 1)?;
         let value = match name {
-            "ABS" => of.abs(),
-            "ACOS" => libm::acos(of).to_degrees(),
-            "ASIN" => libm::asin(of).to_degrees(),
+            "ABS" => argument.abs(),
+            "ACOS" => libm::acos(argument).to_degrees(),
+            "ASIN" => libm::asin(argument).to_degrees(),
             "ATAN" => {
                 self.skip_blanks();
-                let by = self.at;
+                let slash = self.at;
                 self.at += usize::from(self.peek() == Some(b'/'));
                 self.skip_blanks();
-                if by == self.at || self.peek() != Some(b'[') {
-                    let message = "ATAN takes two values: ATAN[1]/[2]";
+                if slash == self.at || self.peek() != Some(b'[') {
+                    let message = message!("ATAN takes two values: ATAN[1]/[2]");
                     return Err(SpanDiagnostic::new(start..self.at, message));
                 }
-                libm::atan2(of, self.bracket(depth + 1)?).to_degrees()
+                libm::atan2(argument, self.bracket(depth + 1)?).to_degrees()
             }
-            "COS" => libm::cos(of.to_radians()),
-            "EXP" => libm::exp(of),
-            "FIX" => of.floor(),
-            "FUP" => of.ceil(),
-            "LN" => libm::log(of),
-            "ROUND" => of.round(),
-            "SIN" => libm::sin(of.to_radians()),
-            "SQRT" => of.sqrt(),
+            "COS" => libm::cos(argument.to_radians()),
+            "EXP" => libm::exp(argument),
+            "FIX" => argument.floor(),
+            "FUP" => argument.ceil(),
+            "LN" => libm::log(argument),
+            "ROUND" => argument.round(),
+            "SIN" => libm::sin(argument.to_radians()),
+            "SQRT" => argument.sqrt(),
             // Only TAN is left.
-            _ => libm::tan(of.to_radians()),
+            _ => libm::tan(argument.to_radians()),
         };
         if value.is_finite() {
             Ok(Some(value))
         } else {
             Err(SpanDiagnostic::new(
                 start..self.at,
-                format!("{name} of {of} is not a number"),
+                message!("{name} of {of} is not a number", name, of = argument),
             ))
         }
     }
@@ -335,7 +349,7 @@ impl Words<'_> {
             }
             None => Err(SpanDiagnostic::new(
                 start..self.at,
-                "EXISTS takes a parameter: EXISTS[#<name>]",
+                message!("EXISTS takes a parameter: EXISTS[#<name>]"),
             )),
         }
     }

@@ -1,7 +1,9 @@
 //! Control flow by O-words: branches, loops and subroutines.
 
+use magician_host::message;
+
 use super::SourceLine;
-use super::interpreter::{CALLED_FILE_ADVICE, CallFrame, CallKind, Interpreter, MAX_CALL_DEPTH};
+use super::interpreter::{CallFrame, CallKind, Interpreter, MAX_CALL_DEPTH, called_file_advice};
 use super::lexer::Words;
 use super::oword::{Keyword, Label, Oword, TextPosition, line_at};
 use crate::formats::span::SpanDiagnostic;
@@ -37,7 +39,8 @@ impl<'p, 't> Interpreter<'p, 't> {
                     self.leave();
                     self.parameters.value = value;
                 } else {
-                    let message = format!("{} returns, but it was not called", oword.label);
+                    let label = oword.label.to_string();
+                    let message = message!("{label} returns, but it was not called", label);
                     return Err(SpanDiagnostic::new(0..oword.rest, message));
                 }
             }
@@ -137,19 +140,26 @@ impl<'p, 't> Interpreter<'p, 't> {
         let mut arguments = Vec::new();
         while let Some(byte) = words.begin() {
             if byte != b'[' || arguments.len() == MAX_ARGUMENTS {
-                let message = format!(
-                    "call takes up to {MAX_ARGUMENTS} values in brackets, as in o100 call [1] [#2]"
+                let message = message!(
+                    "call takes up to {most} values in brackets, as in o100 call [1] [#2]",
+                    most = MAX_ARGUMENTS
                 );
                 return Err(SpanDiagnostic::new(words.at..words.at + 1, message));
             }
             arguments.push(words.bracket(0)?);
         }
         let Some(sub) = self.program.owords.sub(&label) else {
-            let message = format!("{label} is called, but this file has no such subroutine");
-            return Err(SpanDiagnostic::new(0..oword.rest, message).help(CALLED_FILE_ADVICE));
+            let message = message!(
+                "{label} is called, but this file has no such subroutine",
+                label = label.to_string()
+            );
+            return Err(SpanDiagnostic::new(0..oword.rest, message).help(called_file_advice()));
         };
         if self.frames.len() > MAX_CALL_DEPTH {
-            let message = format!("subroutines call each other more than {MAX_CALL_DEPTH} deep");
+            let message = message!(
+                "subroutines call each other more than {most} deep",
+                most = MAX_CALL_DEPTH
+            );
             return Err(SpanDiagnostic::new(0..oword.rest, message));
         }
         let saved = self.parameters.enter(&arguments);
@@ -167,7 +177,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                 Ok(Label::Number(number as u32))
             }
             number => {
-                let message = format!("unknown subroutine o{number}");
+                let message = message!("unknown subroutine o{number}", number);
                 Err(SpanDiagnostic::new(0..oword.rest, message))
             }
         }
@@ -176,7 +186,8 @@ impl<'p, 't> Interpreter<'p, 't> {
     /// Evaluates the mandatory value of an O-word.
     fn condition(&self, oword: &Oword, line: &SourceLine<'_>) -> Result<f64, SpanDiagnostic> {
         self.optional(oword, line)?.ok_or_else(|| {
-            let message = format!("{} has no value in brackets", oword.label);
+            let label = oword.label.to_string();
+            let message = message!("{label} has no value in brackets", label);
             SpanDiagnostic::new(0..oword.rest, message)
         })
     }
@@ -197,7 +208,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             None => Ok(Some(value)),
             Some(_) => Err(SpanDiagnostic::new(
                 words.at..line.text.trim_end().len(),
-                "unexpected text after the value of an O-word",
+                message!("unexpected text after the value of an O-word"),
             )),
         }
     }

@@ -5,7 +5,7 @@
 //! computed. It is deterministic, so a program can be run twice: once for a survey, once for the
 //! plan. Endless loops are caught by a limit on executed lines.
 
-use magician_host::{Setting, SettingValue};
+use magician_host::{Message, Setting, SettingValue, message};
 
 use super::Notes;
 use super::block::Block;
@@ -136,9 +136,9 @@ impl<'p, 't> Interpreter<'p, 't> {
             self.ended = true;
             return match self.frames.len() {
                 0 | 1 => Ok(None),
-                _ => Err(Diagnostic::of_file(
-                    "the program ends within a subprogram: M99 is missing",
-                )),
+                _ => Err(Diagnostic::of_file(message!(
+                    "the program ends within a subprogram: M99 is missing"
+                ))),
             };
         };
         self.place = TextPosition {
@@ -159,10 +159,11 @@ impl<'p, 't> Interpreter<'p, 't> {
     ) -> Result<LineOutcome, SpanDiagnostic> {
         self.done += 1 + (line.text.len() / BYTES_PER_LINE) as u64;
         if self.done > self.program.allowed {
-            let message = format!(
-                "the program repeats more than {MAX_REPEATED_LINES} lines: it seems endless"
+            let message = message!(
+                "the program repeats more than {most} lines: it seems endless",
+                most = MAX_REPEATED_LINES
             );
-            let help = "end its loops, or export the file without loops";
+            let help = message!("end its loops, or export the file without loops");
             return Err(SpanDiagnostic::new(0..line.text.trim_end().len(), message).help(help));
         }
         match line.text.as_bytes().get(behind_number(line.text)) {
@@ -204,9 +205,9 @@ impl<'p, 't> Interpreter<'p, 't> {
 
     fn note_unset(&mut self, line: &SourceLine<'_>) {
         if let Some(number) = self.parameters.take_unset() {
-            let message = format!("#{number} is read before it is set: 0 is used");
+            let message = message!("#{number} is read before it is set: 0 is used", number);
             let origin = line.origin(&(0..line.text.trim_end().len()));
-            self.notes.add(DiagnosticCode::Assumed, origin, &message);
+            self.notes.add(DiagnosticCode::Assumed, origin, message);
         }
     }
 
@@ -218,16 +219,19 @@ impl<'p, 't> Interpreter<'p, 't> {
     ) -> Result<(), SpanDiagnostic> {
         if block.remove(b'M', 98) {
             let Some(number) = block.take(b'P') else {
-                let message = "M98 has no P, the number of the program to call";
+                let message = message!("M98 has no P, the number of the program to call");
                 return Err(SpanDiagnostic::new(block.range.clone(), message));
             };
             let times = block.take(b'L').unwrap_or(1.0).max(0.0).floor();
             let programs = &self.program.owords.numbered;
             let found = programs.get(&(number as u32));
             let Some(place) = found.filter(|_| number >= 0.0 && number.fract() == 0.0) else {
-                let message = format!("M98 calls program O{number}, which is not in this file");
+                let message = message!(
+                    "M98 calls program O{number}, which is not in this file",
+                    number
+                );
                 return Err(
-                    SpanDiagnostic::new(block.range.clone(), message).help(CALLED_FILE_ADVICE)
+                    SpanDiagnostic::new(block.range.clone(), message).help(called_file_advice())
                 );
             };
             if times > 0.0 {
@@ -260,7 +264,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             // Outside a numbered program, M99 restarts the main program on a controller.
             _ => {
                 self.ended = true;
-                let message = "M99 would restart the program: it ends there";
+                let message = message!("M99 would restart the program: it ends there");
                 let origin = line.origin(&block.range);
                 self.notes
                     .add_with(DiagnosticCode::Assumed, origin, message, |note| {
@@ -276,7 +280,10 @@ impl<'p, 't> Interpreter<'p, 't> {
         range: std::ops::Range<usize>,
     ) -> Result<(), SpanDiagnostic> {
         if self.frames.len() > MAX_CALL_DEPTH {
-            let message = format!("subroutines call each other more than {MAX_CALL_DEPTH} deep");
+            let message = message!(
+                "subroutines call each other more than {most} deep",
+                most = MAX_CALL_DEPTH
+            );
             return Err(SpanDiagnostic::new(range, message));
         }
         self.frames.push(CallFrame {
@@ -326,7 +333,9 @@ impl<'p, 't> Interpreter<'p, 't> {
     }
 }
 
-pub(super) const CALLED_FILE_ADVICE: &str = "put it into the file: other files are not read";
+pub(super) fn called_file_advice() -> Message {
+    message!("put it into the file: other files are not read")
+}
 
 #[cfg(test)]
 mod tests {

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use magician_host::{Message, message};
+
 use super::behind_number;
 use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
@@ -36,7 +38,7 @@ pub(super) enum Item {
     /// Assignment of a parameter, with value and place. It takes effect after the line.
     Set(Key, f64, Range<usize>),
     /// A part addressed to a controller, left out, with reason and place.
-    LeftOut(&'static str, Range<usize>),
+    LeftOut(Message, Range<usize>),
 }
 
 /// Iterator over the words of a line. Blanks may occur anywhere except inside a number. Comments,
@@ -128,8 +130,10 @@ impl<'l> Words<'l> {
     fn word(&mut self, letter: u8) -> Result<Word, SpanDiagnostic> {
         let start = self.at;
         if let Some(word) = self.macro_word() {
-            let message = format!("{word} of a Fanuc macro is not supported");
-            let help = "export the program without macros, or write its loops and conditions as LinuxCNC does: o1 while [..]";
+            let message = message!("{word} of a Fanuc macro is not supported", word);
+            let help = message!(
+                "export the program without macros, or write its loops and conditions as LinuxCNC does: o1 while [..]"
+            );
             return Err(SpanDiagnostic::new(start..start + word.len(), message).help(help));
         }
         self.at += 1;
@@ -155,17 +159,16 @@ impl<'l> Words<'l> {
         if number.is_some() && is_number && self.has_exponent() {
             self.pass(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'+' | b'-'));
             let text = self.line.get(from..self.at).unwrap_or_default();
-            let message = format!("{text} may be one number or a number and a word E");
-            let help = "write numbers without an exponent, and a space before E";
+            let message = message!("{text} may be one number or a number and a word E", text);
+            let help = message!("write numbers without an exponent, and a space before E");
             return Err(SpanDiagnostic::new(start..self.at, message).help(help));
         }
         let counts = letter.is_ascii_alphabetic() && !letter.eq_ignore_ascii_case(&b'N');
         if let Some(number) = number.filter(|number| counts && number.abs() > MAX_NUMBER) {
             let letter = char::from(letter);
-            return Err(SpanDiagnostic::new(
-                range,
-                format!("{letter} is {number:e}, which is too large"),
-            ));
+            let number = format!("{number:e}");
+            let message = message!("{letter} is {number}, which is too large", letter, number);
+            return Err(SpanDiagnostic::new(range, message));
         }
         Ok(Word {
             letter: letter.to_ascii_uppercase(),
@@ -221,14 +224,16 @@ impl<'l> Words<'l> {
     }
 
     /// Skips a part addressed to a controller, and returns why it is left out.
-    fn skip_controller_part(&mut self, sign: char) -> Option<&'static str> {
+    fn skip_controller_part(&mut self, sign: char) -> Option<Message> {
         let start = self.at;
         self.at += sign.len_utf8();
         match sign {
-            '?' | '!' | '~' => Some("a request to the controller (? ! ~) is left out"),
+            '?' | '!' | '~' => Some(message!("a request to the controller (? ! ~) is left out")),
             '$' if self.peek().is_some_and(|next| next.is_ascii_digit()) => {
                 self.pass(|byte| byte.is_ascii_digit());
-                Some("the number of a spindle ($) is left out: there is one tool")
+                Some(message!(
+                    "the number of a spindle ($) is left out: there is one tool"
+                ))
             }
             _ => {
                 self.at = start;
@@ -325,9 +330,12 @@ impl Words<'_> {
             if let Some(value) = self.value()? {
                 return Ok(Item::Set(key, value, start..self.at));
             }
-            format!("{key} is set without a value")
+            message!("{key} is set without a value", key = key.to_string())
         } else {
-            format!("{key} needs a letter before it or = after it")
+            message!(
+                "{key} needs a letter before it or = after it",
+                key = key.to_string()
+            )
         };
         Err(SpanDiagnostic::new(start..self.at, message))
     }
@@ -352,16 +360,18 @@ impl Iterator for Words<'_> {
         self.at = self.line.len();
         let error = match sign {
             '[' | '0'..='9' | '.' | '-' | '+' => {
-                SpanDiagnostic::new(start..start + 1, "a number has no letter")
+                SpanDiagnostic::new(start..start + 1, message!("a number has no letter"))
             }
             ',' => {
-                let message = "a corner that is rounded or cut off (,R ,C ,A) is not supported";
-                let help = "export the file with the arcs and lines of its corners";
+                let message =
+                    message!("a corner that is rounded or cut off (,R ,C ,A) is not supported");
+                let help = message!("export the file with the arcs and lines of its corners");
                 SpanDiagnostic::new(start..start + 1, message).help(help)
             }
             _ => {
                 let range = start..start + sign.len_utf8();
-                SpanDiagnostic::new(range, format!("{sign:?} is not valid in G-code"))
+                let sign = format!("{sign:?}");
+                SpanDiagnostic::new(range, message!("{sign} is not valid in G-code", sign))
             }
         };
         Some(Err(error))

@@ -1,6 +1,6 @@
 //! State of the machine while a program runs, and the effect of each line.
 
-use magician_host::{Action as Deed, Setting, SettingValue};
+use magician_host::{Action as Deed, Setting, SettingValue, message};
 
 use super::Chords;
 use super::GcodeOptions;
@@ -103,7 +103,7 @@ impl<'o> Machine<'o> {
             full.note(&mut notes);
             range = full.s;
             if never && !survey.fan_lights() {
-                let message = "the program has no S: it burns with full power";
+                let message = message!("the program has no S: it burns with full power");
                 notes.add_with(DiagnosticCode::Power, Origin::NONE, message, |note| {
                     let percent = (Setting::Power, SettingValue::Any("PERCENT"));
                     note.remedy(percent, "sets the full power")
@@ -111,11 +111,12 @@ impl<'o> Machine<'o> {
             }
         }
         if let Some((sign, origin)) = survey.mill.sign().filter(|_| kind == Kind::Mill) {
-            let message = format!(
+            let message = message!(
                 "this looks like a program for a mill ({sign}): its S is for a spindle, and \
-                    nothing burns"
+                    nothing burns",
+                sign
             );
-            notes.add_with(DiagnosticCode::Power, origin, &message, |note| {
+            notes.add_with(DiagnosticCode::Power, origin, message, |note| {
                 let note = note.remedy(
                     (Setting::Dialect, SettingValue::Word("laser")),
                     "burns with it",
@@ -182,8 +183,9 @@ impl<'o> Machine<'o> {
         match stepped {
             LineOutcome::LeftOut => {
                 let range = 0..line.text.trim_end().len();
-                let message =
-                    "lines that may be skipped (/) or set up a controller ($) are left out";
+                let message = message!(
+                    "lines that may be skipped (/) or set up a controller ($) are left out"
+                );
                 self.notes
                     .add(DiagnosticCode::LeftOut, line.origin(&range), message);
                 Ok(())
@@ -191,7 +193,7 @@ impl<'o> Machine<'o> {
             LineOutcome::Words if !(block.is_empty() && block.left_out.is_empty()) => {
                 for (why, range) in &block.left_out {
                     self.notes
-                        .add(DiagnosticCode::LeftOut, line.origin(range), why);
+                        .add(DiagnosticCode::LeftOut, line.origin(range), why.clone());
                 }
                 let done = self.follow(block, line);
                 done.map_err(|error| line.diagnostic(error))
@@ -207,13 +209,16 @@ impl<'o> Machine<'o> {
             // With further words it is the progress display of a slicer.
             let progress = code.is(b'M', 73) && block.has_any(b"PRQSCLD");
             if progress {
-                let message = "M73, the progress of a print, is left out";
+                let message = message!("M73, the progress of a print, is left out");
                 self.notes.add(DiagnosticCode::LeftOut, origin, message);
                 return Ok(());
             }
             if code.is(b'M', 72) || code.is(b'M', 73) {
-                let message = format!("{code} restores earlier settings, which is not supported");
-                let help = "write the settings out (G20, G91, F) where they change";
+                let message = message!(
+                    "{code} restores earlier settings, which is not supported",
+                    code = code.to_string()
+                );
+                let help = message!("write the settings out (G20, G91, F) where they change");
                 return Err(SpanDiagnostic::new(code.range.clone(), message).help(help));
             }
         }
@@ -298,11 +303,8 @@ impl<'o> Machine<'o> {
 
     fn note_codes(&mut self, block: &Block, origin: Origin) {
         for code in block.codes.iter().filter(|code| code.letter == b'M') {
-            self.notes.add(
-                DiagnosticCode::LeftOut,
-                origin,
-                &format!("{code} is left out"),
-            );
+            let message = message!("{name} is left out", name = code.to_string());
+            self.notes.add(DiagnosticCode::LeftOut, origin, message);
         }
     }
 
@@ -311,7 +313,7 @@ impl<'o> Machine<'o> {
         match &block.bare {
             Some((letter, range)) if !block.has(b'G', 28) => Err(SpanDiagnostic::new(
                 range.clone(),
-                format!("{letter} has no number"),
+                message!("{letter} has no number", letter),
             )),
             _ => Ok(()),
         }
@@ -340,14 +342,14 @@ impl<'o> Machine<'o> {
                 107 if self.laser && self.survey.fan_lights() => self.switch_laser_off(origin),
                 3..=5 | 280 | 300 if angle.is_some() => {}
                 300 => {
-                    let message = "M300 (a tone, a servo that is switched off) is left out";
+                    let message =
+                        message!("M300 (a tone, a servo that is switched off) is left out");
                     self.notes.add(DiagnosticCode::LeftOut, origin, message);
                 }
-                _ => self.notes.add(
-                    DiagnosticCode::LeftOut,
-                    origin,
-                    &format!("{code} is left out"),
-                ),
+                _ => {
+                    let message = message!("{name} is left out", name = code.to_string());
+                    self.notes.add(DiagnosticCode::LeftOut, origin, message);
+                }
             }
         }
         match angle {
@@ -359,11 +361,15 @@ impl<'o> Machine<'o> {
     fn check_power(&self, power: f64, block: &Block) -> Result<(), SpanDiagnostic> {
         let range = block.range_of(b'S');
         if power < 0.0 {
-            let message = format!("the power is S{power}, it must be 0 or more");
+            let message = message!("the power is S{power}, it must be 0 or more", power);
             return Err(SpanDiagnostic::new(range, message));
         }
         if power > self.range {
-            let message = format!("S{power} is above full power, which is S{}", self.range);
+            let message = message!(
+                "S{power} is above full power, which is S{full}",
+                power,
+                full = self.range
+            );
             return Err(SpanDiagnostic::new(range, message).with(s_max()));
         }
         Ok(())
@@ -387,7 +393,7 @@ impl<'o> Machine<'o> {
         origin: Origin,
     ) -> Result<(), SpanDiagnostic> {
         if self.options.surface.is_none() {
-            let message = "a servo moves the pen, but the surface height is unknown";
+            let message = message!("a servo moves the pen, but the surface height is unknown");
             return Err(SpanDiagnostic::new(block.range.clone(), message).remedy(
                 (Setting::Surface, SettingValue::Any("Z")),
                 "gives it, as z of the arm",
@@ -405,22 +411,27 @@ impl<'o> Machine<'o> {
             (Some(milliseconds), _) => milliseconds,
             (None, Some(seconds)) => seconds * 1000.0,
             (None, None) => {
-                let message = "G4 without P or S is left out: it does not say how long";
+                let message = message!("G4 without P or S is left out: it does not say how long");
                 self.notes.add(DiagnosticCode::LeftOut, origin, message);
                 return Ok(());
             }
         };
         if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) {
-            let message = format!("the pause is {milliseconds} ms, which is out of range");
+            let message = message!(
+                "the pause is {milliseconds} ms, which is out of range",
+                milliseconds
+            );
             return Err(SpanDiagnostic::new(block.range.clone(), message));
         }
         if block.number(b'P').is_some() && in_seconds {
-            let message = "P of a pause (G4) counts seconds here, as in GRBL and LinuxCNC: the \
-                program has fractions of it, or settings of such a controller ($)";
+            let message = message!(
+                "P of a pause (G4) counts seconds here, as in GRBL and LinuxCNC: the program has \
+                fractions of it, or settings of such a controller ($)"
+            );
             self.notes.add(DiagnosticCode::Assumed, origin, message);
         }
         if self.out.wait(milliseconds.round() as u32, origin) {
-            let message = "the laser is off during pauses (G4): it would burn a hole";
+            let message = message!("the laser is off during pauses (G4): it would burn a hole");
             self.notes.add(DiagnosticCode::Power, origin, message);
         }
         Ok(())
@@ -438,7 +449,7 @@ impl<'o> Machine<'o> {
     /// Finishes the plan at the end of the program or file.
     pub(super) fn finish(mut self) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
         if let Some(origin) = self.begin.waiting {
-            let message = "the program moves, but never gives X and Y";
+            let message = message!("the program moves, but never gives X and Y");
             return Err(Diagnostic::new(origin, message).without_start());
         }
         // The last move may have left the tool held above its commanded height.

@@ -1,6 +1,8 @@
 //! Detection of programs for a mill, whose S is the speed of a spindle and not the power of a
 //! laser.
 
+use magician_host::{Message, message};
+
 use super::SourceLine;
 use super::block::Block;
 use super::modes::Modes;
@@ -8,7 +10,9 @@ use super::power::setting;
 use crate::Origin;
 
 /// Sign of a mill that also occurs in laser programs, as air assist.
-const COOLANT_SIGN: &str = "it switches coolant";
+fn coolant_sign() -> Message {
+    message!("it switches coolant")
+}
 
 /// Tracks whether a tool is lifted, moved across and fed down again, which a laser never is.
 #[derive(Clone, Debug, Default)]
@@ -43,7 +47,7 @@ impl Lifts {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mill {
     /// First sign of a mill, with its place.
-    sign: Option<(String, Origin)>,
+    sign: Option<(Message, Origin)>,
     laser: bool,
     /// True if coolant is the air assist of a laser.
     has_air_assist: bool,
@@ -103,31 +107,32 @@ impl Mill {
         let lifts = self
             .lifts
             .follow(before, self.z, (travels, modes.feeds(), marks));
+        if self.sign.is_some() {
+            return;
+        }
         let sign = if marks && self.z < 0.0 {
-            format!("it cuts at Z{}", self.z)
+            message!("it cuts at Z{z}", z = self.z)
         } else if block.has(b'M', 6) || changes {
-            "it changes tools".to_owned()
+            message!("it changes tools")
         } else if !self.has_air_assist && (block.has(b'M', 7) || block.has(b'M', 8)) {
-            COOLANT_SIGN.to_owned()
+            coolant_sign()
         } else if modes.drills() {
-            "it drills, G81 to G89".to_owned()
+            message!("it drills, G81 to G89")
         } else if block.has(b'G', 43) {
-            "it applies a tool length, G43".to_owned()
+            message!("it applies a tool length, G43")
         } else if block.has(b'G', 96) {
-            "it uses constant surface speed, G96".to_owned()
+            message!("it uses constant surface speed, G96")
         } else if lifts {
-            "it lifts its tool between cuts".to_owned()
+            message!("it lifts its tool between cuts")
         } else {
             return;
         };
-        if self.sign.is_none() {
-            self.sign = Some((sign, line.origin(&block.range)));
-        }
+        self.sign = Some((sign, line.origin(&block.range)));
     }
 
     /// True if coolant is the first sign of a mill.
     pub(super) fn is_cooled_alone(&self) -> bool {
-        { self.sign.as_ref() }.is_some_and(|(sign, _)| sign == COOLANT_SIGN)
+        { self.sign.as_ref() }.is_some_and(|(sign, _)| *sign == coolant_sign())
     }
 
     /// True if the header is a laser's.
@@ -136,7 +141,7 @@ impl Mill {
     }
 
     /// Returns the sign of a mill, with its place; `None` if the header is a laser's.
-    pub(super) fn sign(&self) -> Option<(&str, Origin)> {
+    pub(super) fn sign(&self) -> Option<(&Message, Origin)> {
         let (sign, origin) = self.sign.as_ref().filter(|_| !self.laser)?;
         Some((sign, *origin))
     }

@@ -55,7 +55,7 @@ mod survey;
 
 use std::ops::Range;
 
-use magician_host::{Act, Remedy};
+use magician_host::{Act, Message, Remedy, message};
 
 use super::notes::Notes;
 use super::{Arcs, Chords, Content, Dialect, GcodeOptions, Parsed, ReadOptions};
@@ -90,8 +90,8 @@ pub(super) fn read(
     while let Some((line, stepped)) = interpreter.step(&mut block)? {
         machine.take(&line, stepped, &block)?;
         if program.repeats() && machine.steps() > MAX_STEPS {
-            let message = format!("the program makes more than {MAX_STEPS} moves");
-            let help = "reduce its repetitions, or export the file without loops";
+            let message = message!("the program makes more than {most} moves", most = MAX_STEPS);
+            let help = message!("reduce its repetitions, or export the file without loops");
             let origin = line.origin(&(0..line.text.trim_end().len()));
             return Err(Diagnostic::new(origin, message).help(help));
         }
@@ -100,7 +100,10 @@ pub(super) fn read(
     let (plan, mut notes) = machine.finish()?;
     notes.extend(interpreter.notes.into_diagnostics());
     if left > 0 {
-        let message = format!("{left} lines after the end of the program are left out");
+        let message = message!(
+            "{left} lines after the end of the program are left out",
+            left
+        );
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut));
     }
     Ok(Parsed {
@@ -132,7 +135,7 @@ fn behind_number(line: &str) -> usize {
 }
 
 impl SpanDiagnostic {
-    pub(super) fn help(mut self, help: &'static str) -> Self {
+    pub(super) fn help(mut self, help: Message) -> Self {
         self.help = Some(help);
         self
     }

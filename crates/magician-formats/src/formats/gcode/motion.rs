@@ -1,6 +1,6 @@
 //! Motion of a program: targets, arcs, curves, homing and origins.
 
-use magician_host::{Action, SettingValue};
+use magician_host::{Action, Message, SettingValue, message};
 
 use super::arc::{Arc, ArcForm, Ends, Plane};
 use super::begin::ProgramStart;
@@ -13,10 +13,6 @@ use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Origin};
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
-const G92_UNKNOWN: &str =
-    "G92 is left out where the arm's position is unknown: coordinates stay the arm's";
-const G10_UNKNOWN: &str =
-    "G10 L20 is left out where the arm's position is unknown: coordinates stay the arm's";
 /// Word of an arc's centre along each axis.
 const CENTRES: [u8; 3] = *b"IJK";
 /// Largest coordinate, mm. Beyond it 32-bit coordinates cannot resolve a thousandth of a
@@ -33,7 +29,7 @@ const MAX_TURNS: f64 = 100.0;
 impl Machine<'_> {
     pub(super) fn motion(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if block.has_any(b"ABCUVW") {
-            let message = "axes beyond X, Y and Z (A, B, C, U, V, W) are left out";
+            let message = message!("axes beyond X, Y and Z (A, B, C, U, V, W) are left out");
             self.notes.add(DiagnosticCode::LeftOut, origin, message);
         }
         for code in block.codes.iter().filter(|code| code.letter == b'G') {
@@ -56,7 +52,7 @@ impl Machine<'_> {
         match self.mode {
             Mode::None if axes => Err(SpanDiagnostic::new(
                 block.range.clone(),
-                "the line has coordinates but no motion: G80 has ended the last one",
+                message!("the line has coordinates but no motion: G80 has ended the last one"),
             )),
             Mode::Travel | Mode::Line if axes => self.straight(block, origin),
             Mode::Curve { cubic } if axes => self.curve(block, cubic, origin),
@@ -75,9 +71,12 @@ impl Machine<'_> {
             (self.at, self.begin) = ([None; 3], ProgramStart::default());
             return;
         }
-        let message = format!("homing ({code}) is left out: the arm stays where it is");
+        let message = message!(
+            "homing ({code}) is left out: the arm stays where it is",
+            code = code.to_string()
+        );
         self.notes
-            .add_with(DiagnosticCode::LeftOut, origin, &message, |note| {
+            .add_with(DiagnosticCode::LeftOut, origin, message, |note| {
                 note.remedy(Action::Home, "homes it before the program")
             });
         if self.options.placed && (block.number(b'Z').is_some() || !block.has_any(&AXES)) {
@@ -89,17 +88,20 @@ impl Machine<'_> {
     /// get out of the way.
     fn machine_place(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if self.mode != Mode::Travel {
-            let message = "G53 uses machine coordinates, which are unknown when a program is \
-                placed";
+            let message = message!(
+                "G53 uses machine coordinates, which are unknown when a program is placed"
+            );
             return Err(SpanDiagnostic::new(block.range.clone(), message)
-                .help("use the program's own coordinates")
+                .help(message!("use the program's own coordinates"))
                 .remedy(
                     (magician_host::Setting::Raw, SettingValue::On),
                     "takes its coordinates as the arm's",
                 ));
         }
-        let message = "machine coordinates (G53) are left out when a program is placed: Z goes to \
-            the highest Z of the program";
+        let message = message!(
+            "machine coordinates (G53) are left out when a program is placed: Z goes to the \
+            highest Z of the program"
+        );
         self.notes.add(DiagnosticCode::LeftOut, origin, message);
         if block.number(b'Z').is_some() {
             self.rise(origin);
@@ -136,13 +138,14 @@ impl Machine<'_> {
                     self.offsets.call(axis, at, number * self.unit);
                     self.begin.claim_axis(axis);
                 }
-                None => self.note_unknown(G92_UNKNOWN, origin),
+                None => self.notes.add_without_start(
+                    origin,
+                    message!(
+                        "G92 is left out where the arm's position is unknown: coordinates stay the arm's"
+                    ),
+                ),
             }
         }
-    }
-
-    fn note_unknown(&mut self, message: &str, origin: Origin) {
-        self.notes.add_without_start(origin, message);
     }
 
     /// Handles G52: offset from the origin of the coordinate system.
@@ -157,13 +160,16 @@ impl Machine<'_> {
     /// Handles G10: origin of a coordinate system.
     fn set_system(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         let Some(setting) = Setting::of(block).filter(|setting| *setting != Setting::Tool) else {
-            let message = "the table of tools (G10 L1, L10, L11) is left out";
+            let message = message!("the table of tools (G10 L1, L10, L11) is left out");
             self.notes.add(DiagnosticCode::LeftOut, origin, message);
             return Ok(());
         };
         let missing = self.offsets.set(setting, block, self.unit, self.at)?;
         if missing.contains(&true) {
-            self.note_unknown(G10_UNKNOWN, origin);
+            let message = message!(
+                "G10 L20 is left out where the arm's position is unknown: coordinates stay the arm's"
+            );
+            self.notes.add_without_start(origin, message);
         }
         if setting == Setting::Here {
             for (axis, letter) in AXES.into_iter().enumerate() {
@@ -192,13 +198,16 @@ impl Machine<'_> {
                 at + number
             } else {
                 let letter = char::from(letter);
-                let message =
-                    format!("{letter} is relative to the arm's position, which is unknown");
+                let message = message!(
+                    "{letter} is relative to the arm's position, which is unknown",
+                    letter
+                );
                 let error = SpanDiagnostic::new(block.range_of(AXES[axis]), message);
                 return Err(error.without_start());
             };
             if place.abs() > MAX_COORDINATE {
-                let message = format!("{} would be at {place:.0} mm", char::from(letter));
+                let axis = char::from(letter);
+                let message = message!("{axis} would be at {place:.0} mm", axis, place);
                 return Err(SpanDiagnostic::new(block.range_of(letter), message));
             }
             to[axis] = Some(place);
@@ -222,7 +231,7 @@ impl Machine<'_> {
         clockwise: bool,
         origin: Origin,
     ) -> Result<(), SpanDiagnostic> {
-        let refused = |message: String| SpanDiagnostic::new(block.range.clone(), message);
+        let refused = |message: Message| SpanDiagnostic::new(block.range.clone(), message);
         if self.plane != Plane::Xy {
             self.check_known_height(block, origin)?;
         }
@@ -254,9 +263,9 @@ impl Machine<'_> {
     /// its end, or G5.1, a quadratic one with the control point I, J. It lies in X and Y; Z changes
     /// linearly.
     fn curve(&mut self, block: &Block, cubic: bool, origin: Origin) -> Result<(), SpanDiagnostic> {
-        let refused = |message: &str| Err(SpanDiagnostic::new(block.range.clone(), message));
+        let refused = |message: Message| Err(SpanDiagnostic::new(block.range.clone(), message));
         if self.plane != Plane::Xy {
-            return refused("a curve (G5) lies in the plane of G17 only");
+            return refused(message!("a curve (G5) lies in the plane of G17 only"));
         }
         self.note_z(block, origin);
         self.note_first_z(block);
@@ -277,13 +286,13 @@ impl Machine<'_> {
             Some(last.map(|way| -way))
         });
         let Some(first) = first else {
-            return refused("the curve does not say how it begins (I, J)");
+            return refused(message!("the curve does not say how it begins (I, J)"));
         };
         let plus = |at: [f64; 3], way: [f64; 2]| [at[0] + way[0], at[1] + way[1]];
         let [begin, end] = [[from[0], from[1]], [to[0], to[1]]];
         let controls = if cubic {
             let Some(last) = handle(*b"PQ") else {
-                return refused("the curve does not say how it ends (P, Q)");
+                return refused(message!("the curve does not say how it ends (P, Q)"));
             };
             self.curve = Some((last, to));
             [plus(from, first), plus(to, last)]
@@ -306,9 +315,9 @@ impl Machine<'_> {
     /// Checks that Z is known before an arc through Z, whose shape depends on it.
     fn check_known_height(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if self.lifts {
-            let message = "an arc of G18 or G19 needs Z, and a servo lifts this pen";
+            let message = message!("an arc of G18 or G19 needs Z, and a servo lifts this pen");
             return Err(SpanDiagnostic::new(block.range.clone(), message)
-                .help("write it as lines, or in the plane of G17"));
+                .help(message!("write it as lines, or in the plane of G17")));
         }
         self.lower_to_draw(origin);
         match self.at[2] {
@@ -324,14 +333,20 @@ impl Machine<'_> {
         if let Some(radius) = block.number(b'R') {
             if centre {
                 let words = self.plane.centre_words();
-                let message = format!("the arc has both a centre ({words}) and a radius (R)");
+                let message = message!(
+                    "the arc has both a centre ({words}) and a radius (R)",
+                    words
+                );
                 return Err(SpanDiagnostic::new(block.range.clone(), message));
             }
             return Ok(ArcForm::Radius(radius * self.unit));
         }
         if !centre {
             let words = self.plane.centre_words();
-            let message = format!("the arc has neither a centre ({words}) nor a radius (R)");
+            let message = message!(
+                "the arc has neither a centre ({words}) nor a radius (R)",
+                words
+            );
             return Err(SpanDiagnostic::new(block.range.clone(), message));
         }
         let zero = if self.absolute_centres {
@@ -373,7 +388,8 @@ impl Machine<'_> {
 
     pub(super) fn note_z(&mut self, block: &Block, origin: Origin) {
         if self.lifts && block.number(b'Z').is_some() {
-            let message = "Z is left out: a servo lifts the pen, to the heights of the surface";
+            let message =
+                message!("Z is left out: a servo lifts the pen, to the heights of the surface");
             self.notes.add(DiagnosticCode::LeftOut, origin, message);
         }
     }
@@ -409,13 +425,17 @@ fn turns(block: &Block) -> Result<u32, SpanDiagnostic> {
             Ok(turns as u32 - 1)
         }
         Some(turns) => {
-            let message = format!("the arc makes {turns} turns, it must be 1 to {MAX_TURNS}");
+            let message = message!(
+                "the arc makes {turns} turns, it must be 1 to {most}",
+                turns,
+                most = MAX_TURNS
+            );
             Err(SpanDiagnostic::new(block.range_of(b'P'), message))
         }
     }
 }
 
 fn unknown_start(block: &Block) -> SpanDiagnostic {
-    let message = "this begins at the arm's position, which is unknown";
+    let message = message!("this begins at the arm's position, which is unknown");
     SpanDiagnostic::new(block.range.clone(), message).without_start()
 }

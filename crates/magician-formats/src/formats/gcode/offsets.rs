@@ -1,5 +1,7 @@
 //! Origins of a program: coordinate systems (G54 to G59.3, G10) and the local offset (G52, G92).
 
+use magician_host::message;
+
 use super::block::Block;
 use super::motion::AXES;
 use crate::formats::span::SpanDiagnostic;
@@ -100,13 +102,16 @@ impl Offsets {
                 number as usize - 1
             }
             number => {
-                let message = format!("unknown coordinate system P{number}; P is 0 to 9");
+                let message = message!("unknown coordinate system P{number}; P is 0 to 9", number);
                 return Err(SpanDiagnostic::new(block.range_of(b'P'), message));
             }
         };
         if let Some(turn) = block.number(b'R').filter(|turn| *turn != 0.0) {
-            let message = format!("rotated coordinate systems (R{turn}) are not supported");
-            let help = "export the file with rotated coordinates";
+            let message = message!(
+                "rotated coordinate systems (R{turn}) are not supported",
+                turn
+            );
+            let help = message!("export the file with rotated coordinates");
             return Err(SpanDiagnostic::new(block.range_of(b'R'), message).help(help));
         }
         let local = self.local();

@@ -5,6 +5,8 @@
 
 use std::collections::HashMap;
 
+use magician_host::{Message, message};
+
 use super::lexer::Words;
 use super::parameters::Parameters;
 use super::{SourceLine, behind_number};
@@ -169,7 +171,11 @@ impl Owords {
         if let Some(first) = open.last().and_then(|first| found.all.get(*first))
             && let Some((line, _)) = line_at(text, first.place)
         {
-            let message = format!("{} {} is not ended", first.label, first.keyword.name());
+            let message = message!(
+                "{label} {name} is not ended",
+                label = first.label.to_string(),
+                name = first.keyword.name()
+            );
             return Err(
                 line.diagnostic(SpanDiagnostic::new(0..line.text.trim_end().len(), message))
             );
@@ -197,17 +203,18 @@ impl Owords {
             }
             return Ok(());
         };
-        let error = |message: String| SpanDiagnostic::new(word.clone(), message);
+        let error = |message: Message| SpanDiagnostic::new(word.clone(), message);
         let own = self.all.len();
         if own == MAX_O_WORDS {
-            return Err(error(format!(
-                "the program has more than {MAX_O_WORDS} O-words"
+            return Err(error(message!(
+                "the program has more than {most} O-words",
+                most = MAX_O_WORDS
             )));
         }
         if head.label == Label::Computed && keyword != Call {
-            return Err(error(format!(
-                "the number of {} is computed, which only call allows",
-                keyword.name()
+            return Err(error(message!(
+                "the number of {name} is computed, which only call allows",
+                name = keyword.name()
             )));
         }
         let top = open.last().copied();
@@ -220,15 +227,19 @@ impl Owords {
         let mut other = own;
         if keyword.opens() {
             if open.len() == MAX_DEPTH {
-                return Err(error(format!("O-words are nested {MAX_DEPTH} deep")));
+                return Err(error(message!(
+                    "O-words are nested {most} deep",
+                    most = MAX_DEPTH
+                )));
             }
             if keyword == Sub {
                 let inside = open.iter().any(|at| self.all[*at].keyword == Sub);
                 if inside {
-                    return Err(error("a subroutine begins within another one".to_owned()));
+                    return Err(error(message!("a subroutine begins within another one")));
                 }
                 if self.subs.insert(head.label.clone(), own).is_some() {
-                    return Err(error(format!("there are two subroutines {}", head.label)));
+                    let label = head.label.to_string();
+                    return Err(error(message!("there are two subroutines {label}", label)));
                 }
             }
             open.push(own);
@@ -236,24 +247,33 @@ impl Owords {
             let mut loops = open.iter().rev().filter(|at| is_own(at));
             let found = loops.find(|at| self.all[**at].keyword.is_loop());
             let Some(found) = found else {
-                let (name, label) = (keyword.name(), &head.label);
-                return Err(error(format!("{name} is not in a loop {label}")));
+                let (name, label) = (keyword.name(), head.label.to_string());
+                return Err(error(message!(
+                    "{name} is not in a loop {label}",
+                    name,
+                    label
+                )));
             };
             other = *found;
         } else if !matches!(keyword, Return | Call) {
             let matching = begun.filter(|_| begun_as.is_some_and(|begun| keyword.follows(begun)));
             let Some(begun) = matching else {
                 let what = match top.and_then(|at| self.all.get(at)) {
-                    Some(top) => format!(
-                        "{} {} of line {} is open here",
-                        top.label,
-                        top.keyword.name(),
-                        top.place.number
+                    Some(top) => message!(
+                        "{label} {name} of line {line} is open here",
+                        label = top.label.to_string(),
+                        name = top.keyword.name(),
+                        line = top.place.number
                     ),
-                    None => "nothing is open here".to_owned(),
+                    None => message!("nothing is open here"),
                 };
-                let (name, label) = (keyword.name(), &head.label);
-                return Err(error(format!("{label} {name} does not match: {what}")));
+                let (name, label) = (keyword.name(), head.label.to_string());
+                return Err(error(message!(
+                    "{label} {name} does not match: {what}",
+                    label,
+                    name,
+                    what
+                )));
             };
             open.pop();
             self.all[begun].other = own;

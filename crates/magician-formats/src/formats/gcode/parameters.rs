@@ -4,6 +4,8 @@
 use std::cell::Cell;
 use std::collections::HashMap;
 
+use magician_host::{Message, message};
+
 use super::modes::Modes;
 
 /// Number of parameters that are local to a call: #1 to #30.
@@ -30,6 +32,14 @@ impl std::fmt::Display for Key {
             Self::Name(name) => write!(f, "#<{name}>"),
         }
     }
+}
+
+/// Creates the error that a parameter is the tool's position.
+fn unknown_position(parameter: &str) -> Message {
+    message!(
+        "{parameter} is the tool's position, which is unknown here",
+        parameter
+    )
 }
 
 type Names = HashMap<Box<str>, f64>;
@@ -75,7 +85,7 @@ impl Parameters {
     }
 
     /// Returns the value of a parameter. The error is a sentence if it cannot be known.
-    pub(super) fn read(&self, key: &Key) -> Result<f64, String> {
+    pub(super) fn read(&self, key: &Key) -> Result<f64, Message> {
         match key {
             Key::Number(number) if *number <= LAST_FREE_PARAMETER => {
                 let value = self.numbered.get(number).copied();
@@ -87,7 +97,10 @@ impl Parameters {
             Key::Number(number) => self.machine_parameter(*number),
             Key::Name(name) => match self.named(name)? {
                 Some(value) => Ok(value),
-                None => Err(format!("{key} is read, but never set")),
+                None => Err(message!(
+                    "{key} is read, but never set",
+                    key = key.to_string()
+                )),
             },
         }
     }
@@ -101,19 +114,26 @@ impl Parameters {
         matches!(self.named(name), Ok(Some(_)))
     }
 
-    fn machine_parameter(&self, number: u16) -> Result<f64, String> {
+    fn machine_parameter(&self, number: u16) -> Result<f64, Message> {
         let axis = |first: u16| usize::from(number - first);
-        let place = |place: Option<f64>| {
-            place.ok_or_else(|| format!("#{number} is the tool's position, which is unknown here"))
-        };
+        let place =
+            |place: Option<f64>| place.ok_or_else(|| unknown_position(&format!("#{number}")));
         let modes = &self.modes;
-        let unknown = |what: &str| Err(format!("#{number} is {what}, which is unknown here"));
+        let unknown = |what: Message| {
+            Err(message!(
+                "#{number} is {what}, which is unknown here",
+                number,
+                what
+            ))
+        };
         match number {
             5021..=5023 => place(modes.machine_place(axis(5021))),
             5420..=5422 => place(modes.place(axis(5420))),
             5024..=5029 | 5423..=5428 => Ok(0.0),
-            5061..=5070 => unknown("the result of a probe"),
-            5161..=5169 | 5181..=5189 => unknown("a position stored in the controller (G28, G30)"),
+            5061..=5070 => unknown(message!("the result of a probe")),
+            5161..=5169 | 5181..=5189 => {
+                unknown(message!("a position stored in the controller (G28, G30)"))
+            }
             5210 => Ok(f64::from(u8::from(modes.offsets.local() != [0.0; 3]))),
             5211..=5213 => Ok(modes.offsets.local()[axis(5211)] / modes.unit),
             5214..=5219 => Ok(0.0),
@@ -123,15 +143,15 @@ impl Parameters {
                 let zero = zero.and_then(|zero| zero.get(axis(5221) % 20).copied());
                 Ok(zero.unwrap_or(0.0) / modes.unit)
             }
-            5399 => unknown("an input of a machine (M66)"),
-            5081..=5089 | 5400..=5413 => unknown("a property of a machine's tool"),
+            5399 => unknown(message!("an input of a machine (M66)")),
+            5081..=5089 | 5400..=5413 => unknown(message!("a property of a machine's tool")),
             5599 => Ok(1.0),
-            _ => unknown("a property of a machine"),
+            _ => unknown(message!("a property of a machine")),
         }
     }
 
     /// Returns the value of a name, or `None` if it is not set.
-    fn named(&self, name: &str) -> Result<Option<f64>, String> {
+    fn named(&self, name: &str) -> Result<Option<f64>, Message> {
         let Some(rest) = name.strip_prefix('_') else {
             let local = self.locals.last().and_then(|names| names.get(name));
             return Ok(local.copied());
@@ -142,9 +162,7 @@ impl Parameters {
         let axis = |name: &str| ["x", "y", "z"].iter().position(|axis| *axis == name);
         let place = |place: Option<f64>| match place {
             Some(place) => Ok(Some(place)),
-            None => Err(format!(
-                "#<{name}> is the tool's position, which is unknown here"
-            )),
+            None => Err(unknown_position(&format!("#<{name}>"))),
         };
         if let Some(axis) = axis(rest) {
             return place(self.modes.place(axis));
@@ -154,8 +172,9 @@ impl Parameters {
         }
         let unknown = ["ini[", "hal[", "current_", "selected_"];
         if unknown.iter().any(|begin| rest.starts_with(begin)) {
-            return Err(format!(
-                "#<{name}> is a property of a machine, which is unknown here"
+            return Err(message!(
+                "#<{name}> is a property of a machine, which is unknown here",
+                name
             ));
         }
         Ok(match rest {
@@ -169,7 +188,7 @@ impl Parameters {
     }
 
     /// Sets a parameter. The error is a sentence if it is read-only.
-    pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), String> {
+    pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), Message> {
         match key {
             Key::Number(number) if number <= LAST_FREE_PARAMETER => {
                 self.numbered.insert(number, value);
@@ -177,11 +196,13 @@ impl Parameters {
             }
             // Controls whether messages are shown, which does not matter here.
             Key::Number(5599) => Ok(()),
-            Key::Number(number) => Err(format!(
-                "#{number} is a property of a machine and cannot \
-                be set"
+            Key::Number(number) => Err(message!(
+                "#{number} is a property of a machine and cannot be set",
+                number
             )),
-            Key::Name(name) if self.is_read_only(&name) => Err(format!("#<{name}> is read-only")),
+            Key::Name(name) if self.is_read_only(&name) => {
+                Err(message!("#<{name}> is read-only", name = &*name))
+            }
             Key::Name(name) => {
                 let names = if name.starts_with('_') {
                     Some(&mut self.globals)
@@ -191,8 +212,9 @@ impl Parameters {
                 let is_new = names.is_some_and(|names| names.insert(name, value).is_none());
                 self.names += usize::from(is_new);
                 if self.names > MAX_NAMES {
-                    return Err(format!(
-                        "the program has more than {MAX_NAMES} named parameters"
+                    return Err(message!(
+                        "the program has more than {most} named parameters",
+                        most = MAX_NAMES
                     ));
                 }
                 Ok(())

@@ -4,7 +4,7 @@
 //! LightBurn's comments, a fan, the default. A guess errs towards weak burning: the larger the
 //! value, the weaker an S burns.
 
-use magician_host::{Remedy, Setting, SettingValue};
+use magician_host::{Remedy, Setting, SettingValue, message};
 
 use super::Notes;
 use super::SourceLine;
@@ -109,7 +109,7 @@ impl Powers {
             return if s.is_finite() && s > 0.0 {
                 of(s, Rule::Given)
             } else {
-                let message = format!("full power is S{s}, it must be above 0");
+                let message = message!("full power is S{s}, it must be above 0", s);
                 Err(Diagnostic::of_file(message).with(s_max()))
             };
         }
@@ -131,8 +131,9 @@ impl Powers {
             None => of(DEFAULT_FULL_POWER, Rule::Default),
             Some((s, origin)) => {
                 // The default would burn at more than 100 %, and no other value is safe.
-                let message = format!("S{s} is above 1000, but the S of full power is unknown");
-                let help = "it is the S of the laser at full power, $30 of its controller";
+                let message = message!("S{s} is above 1000, but the S of full power is unknown", s);
+                let help =
+                    message!("it is the S of the laser at full power, $30 of its controller");
                 let pen = (Setting::Dialect, SettingValue::Word("pen"));
                 Err(Diagnostic::new(origin, message)
                     .help(help)
@@ -152,13 +153,13 @@ impl FullPower {
             Rule::Given => notes.add(
                 DiagnosticCode::Power,
                 Origin::NONE,
-                &format!("full power is S{s}, as given"),
+                message!("full power is S{s}, as given", s),
             ),
             Rule::Setting(origin) => {
                 notes.add(
                     DiagnosticCode::Power,
                     origin,
-                    &format!("full power is S{s}, as $30 says"),
+                    message!("full power is S{s}, as $30 says", s),
                 );
             }
             Rule::Cut(cut) => {
@@ -168,20 +169,27 @@ impl FullPower {
                     origin,
                     ..
                 } = cut;
-                let message =
-                    format!("full power is S{s}, by LightBurn's comments: {percent} % is S{at}");
-                notes.add_with(DiagnosticCode::Power, origin, &message, says);
+                let message = message!(
+                    "full power is S{s}, by LightBurn's comments: {percent} % is S{at}",
+                    s,
+                    percent,
+                    at
+                );
+                notes.add_with(DiagnosticCode::Power, origin, message, says);
             }
             Rule::Fan => {
-                let message = format!("full power is S{s}, that of a fan: M106 switches the laser");
-                notes.add_with(DiagnosticCode::Power, Origin::NONE, &message, says);
+                let message = message!(
+                    "full power is S{s}, that of a fan: M106 switches the laser",
+                    s
+                );
+                notes.add_with(DiagnosticCode::Power, Origin::NONE, message, says);
             }
             Rule::Default => {
-                let message = format!(
-                    "full power is assumed to be S{s}: the file does not give it, and no S is \
-                        higher"
+                let message = message!(
+                    "full power is assumed to be S{s}: the file does not give it, and no S is higher",
+                    s
                 );
-                notes.add_with(DiagnosticCode::Power, Origin::NONE, &message, says);
+                notes.add_with(DiagnosticCode::Power, Origin::NONE, message, says);
             }
         }
     }

@@ -1,5 +1,7 @@
 //! Servo that lifts a pen, and which of its angles mean down.
 
+use magician_host::message;
+
 use super::SourceLine;
 use super::block::Block;
 use crate::{Diagnostic, Origin};
@@ -106,11 +108,13 @@ impl Angles {
             }
             [_, (other, _, origin), ..] if self.other => {
                 let (first, ..) = self.used[0];
-                let message = format!(
+                let message = message!(
                     "X and Y are fed with the servo at S{first} and at S{other}: it is unclear \
-                        which of them is down"
+                        which of them is down",
+                    first,
+                    other
                 );
-                let help = "export the file with G0 for the moves between lines";
+                let help = message!("export the file with G0 for the moves between lines");
                 Err(Diagnostic::new(*origin, message).help(help))
             }
             [_, _, ..] => Ok(angles.filter(|angle| *angle < M300_DOWN_ANGLE).collect()),

@@ -1,6 +1,6 @@
 //! Modal settings of a line: motion, units, distance mode, feed.
 
-use magician_host::SettingValue;
+use magician_host::{SettingValue, message};
 use magician_motion::ArmModel;
 
 use super::arc::Plane;
@@ -42,20 +42,20 @@ impl Machine<'_> {
             if motions > 1 {
                 return Err(SpanDiagnostic::new(
                     code.range.clone(),
-                    "two motions on one line",
+                    message!("two motions on one line"),
                 ));
             }
             if mode != Mode::None || motions == 0 {
                 self.mode = mode;
             }
         }
-        for (letter, message) in [
-            (b'E', "E words are left out: nothing is extruded"),
-            (b'O', "program numbers (O) are left out"),
-        ] {
-            if block.number(letter).is_some() {
-                self.notes.add(DiagnosticCode::LeftOut, origin, message);
-            }
+        if block.number(b'E').is_some() {
+            let message = message!("E words are left out: nothing is extruded");
+            self.notes.add(DiagnosticCode::LeftOut, origin, message);
+        }
+        if block.number(b'O').is_some() {
+            let message = message!("program numbers (O) are left out");
+            self.notes.add(DiagnosticCode::LeftOut, origin, message);
         }
         if let Some(feed) = block.number(b'F').filter(|_| !block.has(b'G', 28)) {
             self.set_feed(feed, block, origin)?;
@@ -84,27 +84,30 @@ impl Machine<'_> {
             540 | 550 | 560 | 570 | 580 | 590..=593 => self.select(code, origin),
             100 if Setting::of(block).is_some() => {}
             281 | 301 => {
-                let message =
-                    format!("{code} is left out: positions stored in a controller are not used");
-                self.notes.add(DiagnosticCode::LeftOut, origin, &message);
+                let message = message!(
+                    "{code} is left out: positions stored in a controller are not used",
+                    code = code.to_string()
+                );
+                self.notes.add(DiagnosticCode::LeftOut, origin, message);
             }
             // These codes select modes that are always in force here: no polar coordinates,
             // compensation, scaling, rotation or cycle; exact or continuous paths; feed per minute.
             150 | 400 | 490 | 500 | 610 | 611 | 640 | 690 | 940 | 970 => {}
-            980 => self.cycle.back = true,
-            990 => self.cycle.back = false,
+            980 => self.cycle.retracts_to_start = true,
+            990 => self.cycle.retracts_to_start = false,
             430 => {
-                let message = "the length of a tool (G43) is left out: coordinates are the arm's";
+                let message =
+                    message!("the length of a tool (G43) is left out: coordinates are the arm's");
                 self.notes.add(DiagnosticCode::LeftOut, origin, message);
             }
             960 => {
-                let message = "G96 is left out: it is for a spindle";
+                let message = message!("G96 is left out: it is for a spindle");
                 self.notes.add(DiagnosticCode::LeftOut, origin, message);
             }
             930 | 950 => {
-                let message = format!(
-                    "{code} is not supported: F must be a speed in mm or inches a minute \
-                        (G94)"
+                let message = message!(
+                    "{code} is not supported: F must be a speed in mm or inches a minute (G94)",
+                    code = code.to_string()
                 );
                 return Err(SpanDiagnostic::new(code.range.clone(), message));
             }
@@ -117,13 +120,14 @@ impl Machine<'_> {
     fn select(&mut self, code: &Code, origin: Origin) {
         let system = Offsets::system_of(code.tenths).unwrap_or_default();
         if self.offsets.select(system) {
-            let message = format!(
+            let message = message!(
                 "the zero of {code} is stored in a controller and unknown here: the machine's \
-                    zero is used"
+                    zero is used",
+                code = code.to_string()
             );
-            let help = "set it with G10 L2 in the file, or run the parts one by one";
+            let help = message!("set it with G10 L2 in the file, or run the parts one by one");
             self.notes
-                .add_with(DiagnosticCode::Assumed, origin, &message, |note| {
+                .add_with(DiagnosticCode::Assumed, origin, message, |note| {
                     note.help(help)
                 });
         }
@@ -138,32 +142,33 @@ impl Machine<'_> {
         );
         let harmless = matches!(code.tenths, 100 | 110) && !block.has_any(b"XYZLP");
         if (places || moves || block.has_any(b"XYZIJR")) && !harmless {
-            let what = if places {
-                "changes the coordinate system"
+            let name = code.to_string();
+            let message = if places {
+                message!(
+                    "{name} changes the coordinate system, which is not supported",
+                    name
+                )
             } else {
-                "may move the arm"
+                message!("{name} may move the arm, which is not supported", name)
             };
-            let message = format!("{code} {what}, which is not supported");
-            return Err(SpanDiagnostic::new(code.range.clone(), message)
-                .help("export the file with lines and arcs (G0 to G3)"));
+            let help = message!("export the file with lines and arcs (G0 to G3)");
+            return Err(SpanDiagnostic::new(code.range.clone(), message).help(help));
         }
-        self.notes.add(
-            DiagnosticCode::LeftOut,
-            origin,
-            &format!("{code} is left out"),
-        );
+        let message = message!("{name} is left out", name = code.to_string());
+        self.notes.add(DiagnosticCode::LeftOut, origin, message);
         Ok(())
     }
 
     fn set_feed(&mut self, feed: f64, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if feed <= 0.0 {
-            let message = format!("the speed is F{feed}, it must be above 0");
+            let message = message!("the speed is F{feed}, it must be above 0", feed);
             return Err(SpanDiagnostic::new(block.range_of(b'F'), message));
         }
         let speed = feed * self.unit / 60.0;
         if speed > MAX_SPEED {
-            let message =
-                "speeds above 300 mm/s (F18000) are reduced to 300 mm/s: the arm is not faster";
+            let message = message!(
+                "speeds above 300 mm/s (F18000) are reduced to 300 mm/s: the arm is not faster"
+            );
             self.notes.add(DiagnosticCode::Speed, origin, message);
         }
         self.feed = Some(speed);
@@ -175,9 +180,12 @@ impl Machine<'_> {
     pub(super) fn feed_of_work(&mut self, origin: Origin) -> Option<f64> {
         if self.laser && self.feed.is_none() {
             let speed = self.options.laser_speed;
-            let message = format!("the program burns before it gives F: it begins at {speed} mm/s");
+            let message = message!(
+                "the program burns before it gives F: it begins at {speed} mm/s",
+                speed
+            );
             self.notes
-                .add_with(DiagnosticCode::Speed, origin, &message, |note| {
+                .add_with(DiagnosticCode::Speed, origin, message, |note| {
                     note.remedy(
                         (magician_host::Setting::Speed, SettingValue::Any("MM/S")),
                         "sets another speed",

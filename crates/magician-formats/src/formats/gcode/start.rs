@@ -1,6 +1,6 @@
 //! Position of the tool when the program begins, and notes that depend on it.
 
-use magician_host::{Remedy, Setting, SettingValue};
+use magician_host::{Message, Remedy, Setting, SettingValue};
 
 use super::{GcodeOptions, Notes};
 use crate::formats::span::SpanDiagnostic;
@@ -25,7 +25,7 @@ impl GcodeOptions {
 
 impl Notes {
     /// Adds a note that would not be needed if the arm's position were known.
-    pub(super) fn add_without_start(&mut self, origin: Origin, message: &str) {
+    pub(super) fn add_without_start(&mut self, origin: Origin, message: Message) {
         self.add_with(
             DiagnosticCode::Assumed,
             origin,

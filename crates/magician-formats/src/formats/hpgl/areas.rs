@@ -6,7 +6,7 @@ use crate::fill::{Area, FillRule, LineFamily};
 use crate::formats::Fills;
 use crate::{DiagnosticCode, FilledArea, Stroke};
 
-use magician_host::{Setting, SettingValue};
+use magician_host::{Setting, SettingValue, message};
 
 /// Fill type.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -77,7 +77,7 @@ impl Plotter<'_> {
                         style,
                     });
                 }),
-                None => self.note(by, "a hatch of too many lines is left out"),
+                None => self.note(by, message!("a hatch of too many lines is left out")),
             }
             return;
         }
@@ -105,7 +105,7 @@ impl Plotter<'_> {
                         style,
                     });
                 }
-                let message = "filled shapes are drawn as outlines";
+                let message = message!("filled shapes are drawn as outlines");
                 self.notes
                     .add_with(DiagnosticCode::Assumed, origin, message, |note| {
                         note.remedy((Setting::Fill, SettingValue::Word("hatch")), "fills them")

@@ -6,6 +6,8 @@
 //! bits, `=` for an absolute point. Points without a flag are relative to the previous one, and
 //! drawn.
 
+use magician_host::message;
+
 use super::lexer::Instruction;
 use super::plotter::Plotter;
 use crate::formats::span::SpanDiagnostic;
@@ -136,13 +138,14 @@ impl Plotter<'_> {
         let read = items(&self.bytes_of(&instruction.text))
             .or_else(|| items(&as_bytes(&instruction.text)?));
         let Some((items, cut_off)) = read else {
-            let message = "an encoded polyline (PE) is damaged: a character in it is not a digit";
+            let message =
+                message!("an encoded polyline (PE) is damaged: a character in it is not a digit");
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         };
         if cut_off {
             self.note(
                 instruction,
-                "the end of an encoded polyline (PE) is cut off",
+                message!("the end of an encoded polyline (PE) is cut off"),
             );
         }
         let (mut up, mut absolute) = (false, false);

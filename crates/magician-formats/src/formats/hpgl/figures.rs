@@ -1,5 +1,7 @@
 //! Figures: arcs, circles, rectangles, wedges, curves and tick marks.
 
+use magician_host::{Message, message};
+
 use super::curves;
 use super::lexer::Instruction;
 use super::plotter::{Plotter, pairs};
@@ -23,8 +25,8 @@ pub(super) fn ticks(instruction: &Instruction) -> [f64; 2] {
     }
 }
 
-fn needs(instruction: &Instruction, what: &str) -> SpanDiagnostic {
-    let message = format!("{} needs {what}", instruction.name());
+fn needs(instruction: &Instruction, what: Message) -> SpanDiagnostic {
+    let message = message!("{name} needs {what}", name = instruction.name(), what);
     SpanDiagnostic::new(instruction.range.clone(), message)
 }
 
@@ -70,7 +72,7 @@ impl Plotter<'_> {
 
     fn circle(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let &[radius, ..] = &instruction.numbers[..] else {
-            return Err(needs(instruction, "a radius"));
+            return Err(needs(instruction, message!("a radius")));
         };
         let [x, y] = self.at;
         let start = [x + radius, y];
@@ -81,7 +83,7 @@ impl Plotter<'_> {
     /// Draws an arc from the pen's position.
     fn arc_on(&mut self, from: [f64; 2], instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let &[x, y, sweep, ..] = &instruction.numbers[..] else {
-            return Err(needs(instruction, "a centre and an angle"));
+            return Err(needs(instruction, message!("a centre and an angle")));
         };
         let centre = [from[0] + x, from[1] + y];
         let corners = self.arc(centre, self.at, sweep, instruction)?;
@@ -97,7 +99,7 @@ impl Plotter<'_> {
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
         let &[x1, y1, x2, y2, ..] = &instruction.numbers[..] else {
-            return Err(needs(instruction, "two points"));
+            return Err(needs(instruction, message!("two points")));
         };
         let begin = self.at;
         let [through, end] = [[x1, y1], [x2, y2]].map(|[x, y]| [from[0] + x, from[1] + y]);
@@ -122,7 +124,7 @@ impl Plotter<'_> {
 
     fn wedge(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let &[radius, start, sweep, ..] = &instruction.numbers[..] else {
-            return Err(needs(instruction, "a radius and two angles"));
+            return Err(needs(instruction, message!("a radius and two angles")));
         };
         let ([x, y], (sin, cos)) = (self.at, libm::sincos(start.to_radians()));
         let first = [x + radius * cos, y + radius * sin];
@@ -138,7 +140,7 @@ impl Plotter<'_> {
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
         let &[across, along, ..] = &instruction.numbers[..] else {
-            return Err(needs(instruction, "a corner"));
+            return Err(needs(instruction, message!("a corner")));
         };
         let [x, y] = self.at;
         let [to_x, to_y] = [from[0] + across, from[1] + along];
@@ -150,7 +152,7 @@ impl Plotter<'_> {
     fn curves(&mut self, relative: bool, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         for three in pairs(instruction, None)?.chunks(3) {
             let &[a, b, c] = three else {
-                return Err(needs(instruction, "three points for each curve"));
+                return Err(needs(instruction, message!("three points for each curve")));
             };
             let from = if relative { self.at } else { [0.0; 2] };
             let [a, b, c] = [a, b, c].map(|[x, y]| [from[0] + x, from[1] + y]);
@@ -177,7 +179,7 @@ impl Plotter<'_> {
         self.check_point(span(1.0), instruction)?;
         self.check_point(span(-1.0), instruction)?;
         if sweep.abs() > MAX_SWEEP {
-            let message = format!("an arc of {sweep} degrees has too many turns");
+            let message = message!("an arc of {sweep} degrees has too many turns", sweep);
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
         let tolerance = self.chords.for_curve() / self.scale.most();

@@ -1,6 +1,6 @@
 //! Coordinate frame of a plot: defaults, scaling instructions and the window.
 
-use magician_host::{Setting, SettingValue};
+use magician_host::{Setting, SettingValue, message};
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
@@ -39,14 +39,16 @@ impl Plotter<'_> {
         self.keep_pen_at(place);
         if &instruction.name == b"SC" && self.scale.assumes_frame() {
             let [width, height] = self.scale.frame();
-            let message = format!(
+            let message = message!(
                 "SC without IP scales to the plotter's own frame: A4 is assumed, {width:.0} by \
-                    {height:.0} mm"
+                    {height:.0} mm",
+                width,
+                height
             );
             let origin = self.lines.origin(instruction.range.clone());
             self.notes
-                .add_with(DiagnosticCode::Assumed, origin, &message, |note| {
-                    let note = note.help("give it by IP before SC");
+                .add_with(DiagnosticCode::Assumed, origin, message, |note| {
+                    let note = note.help(message!("give it by IP before SC"));
                     let note =
                         note.remedy((Setting::Width, SettingValue::Any("MM")), "sets its width");
                     note.remedy((Setting::Scale, SettingValue::Any("FACTOR")), "scales it")
@@ -68,7 +70,7 @@ impl Plotter<'_> {
                 ])
             }
             _ => {
-                let message = "IW needs two points or nothing";
+                let message = message!("IW needs two points or nothing");
                 return Err(SpanDiagnostic::new(instruction.range.clone(), message));
             }
         };

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use magician_host::message;
+
 use crate::formats::content::plot::{END_OF_TEXT, ESCAPE, Scanner, is_blank};
 use crate::formats::span::SpanDiagnostic;
 
@@ -47,7 +49,10 @@ impl<'t> Instructions<'t> {
         let second = self.scan.peek().filter(u8::is_ascii_alphabetic);
         let Some(second) = second else {
             let letter = char::from(first);
-            let message = format!("{letter} is not an instruction: instructions have two letters");
+            let message = message!(
+                "{letter} is not an instruction: instructions have two letters",
+                letter
+            );
             return Err(SpanDiagnostic::new(start..self.scan.at, message));
         };
         self.scan.at += 1;
@@ -114,7 +119,7 @@ impl<'t> Instructions<'t> {
         self.scan.at += 1;
         let letter = self.scan.peek().filter(u8::is_ascii_alphabetic);
         let Some(letter) = letter else {
-            let message = "! has no letters of an instruction behind it";
+            let message = message!("! has no letters of an instruction behind it");
             return Err(SpanDiagnostic::new(start..self.scan.at, message));
         };
         let mut letters = 2;
@@ -177,13 +182,13 @@ impl<'t> Instructions<'t> {
             match text.parse::<f64>() {
                 Ok(number) if number.abs() <= MAX_NUMBER => numbers.push(number),
                 Ok(_) => {
-                    let message = format!("a number is beyond {MAX_NUMBER}");
+                    let message = message!("a number is beyond {limit}", limit = MAX_NUMBER);
                     return Err(SpanDiagnostic::new(start..self.scan.at, message));
                 }
                 Err(_) => {
                     return Err(SpanDiagnostic::new(
                         start..self.scan.at,
-                        "this is not a number",
+                        message!("this is not a number"),
                     ));
                 }
             }
@@ -206,10 +211,9 @@ impl Iterator for Instructions<'_> {
         let sign = self.scan.text.get(start..)?.chars().next()?;
         self.scan.at = self.scan.text.len();
         let range = start..start + sign.len_utf8();
-        Some(Err(SpanDiagnostic::new(
-            range,
-            format!("{sign:?} does not begin an instruction"),
-        )))
+        let sign = format!("{sign:?}");
+        let message = message!("{sign} does not begin an instruction", sign);
+        Some(Err(SpanDiagnostic::new(range, message)))
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use magician_host::{Message, message};
+
 use super::Notes;
 use super::areas::FillType;
 use super::figures::{DEFAULT_TICK_LENGTHS, ticks};
@@ -127,7 +129,7 @@ impl<'t> Plotter<'t> {
         (self.artwork, self.notes.into_diagnostics())
     }
 
-    pub(super) fn note(&mut self, instruction: &Instruction, message: &str) {
+    pub(super) fn note(&mut self, instruction: &Instruction, message: Message) {
         let origin = self.lines.origin(instruction.range.clone());
         self.notes.add(DiagnosticCode::LeftOut, origin, message);
     }
@@ -195,7 +197,7 @@ impl<'t> Plotter<'t> {
             "LT" if !instruction.numbers.is_empty() => {
                 self.note(
                     instruction,
-                    "line types (LT) are left out: all lines are solid",
+                    message!("line types (LT) are left out: all lines are solid"),
                 );
             }
             // Pen speed and force, widths, colours, label styles, fills, the plotter and its paper:
@@ -207,13 +209,13 @@ impl<'t> Plotter<'t> {
             | "FI" | "FN" | "GM" | "WD" | "OA" | "OB" | "OC" | "OD" | "OE" | "OF" | "OG" | "OH"
             | "OI" | "OK" | "OL" | "OO" | "OP" | "OS" | "OT" | "OW" => {}
             _ if name.starts_with('!') => {
-                let message = format!(
-                    "{}, an instruction of Roland's own, is left out",
-                    instruction.text
+                let message = message!(
+                    "{text}, an instruction of Roland's own, is left out",
+                    text = instruction.text
                 );
-                self.note(instruction, &message);
+                self.note(instruction, message);
             }
-            _ => self.note(instruction, &format!("{name} is left out")),
+            _ => self.note(instruction, message!("{name} is left out", name)),
         }
         Ok(())
     }
@@ -270,7 +272,7 @@ impl<'t> Plotter<'t> {
         }
         self.lettering
             .as_ref()
-            .ok_or_else(|| SpanDiagnostic::new(0..0, "there is no font"))
+            .ok_or_else(|| SpanDiagnostic::new(0..0, message!("there is no font")))
     }
 
     pub(super) fn lift(&mut self) {
@@ -358,7 +360,7 @@ impl<'t> Plotter<'t> {
         if x.abs().max(y.abs()) <= MAX_COORDINATE {
             return Ok(());
         }
-        let message = format!("the pen would be at {x:.0}, {y:.0} mm");
+        let message = message!("the pen would be at {x:.0}, {y:.0} mm", x, y);
         Err(SpanDiagnostic::new(instruction.range.clone(), message))
     }
 }
@@ -371,7 +373,7 @@ pub(super) fn pairs(
 ) -> Result<Vec<[f64; 2]>, SpanDiagnostic> {
     let (pairs, rest) = instruction.numbers.as_chunks::<2>();
     if !rest.is_empty() {
-        let message = format!("{} has an x without a y", instruction.name());
+        let message = message!("{name} has an x without a y", name = instruction.name());
         return Err(SpanDiagnostic::new(instruction.range.clone(), message));
     }
     let places = pairs.iter().map(|[x, y]| match &mut from {

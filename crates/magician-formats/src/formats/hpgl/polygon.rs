@@ -1,5 +1,7 @@
 //! Polygon mode: strokes are collected first, then drawn or filled.
 
+use magician_host::message;
+
 use super::lexer::Instruction;
 use super::plotter::Plotter;
 use crate::fill::FillRule;
@@ -58,7 +60,7 @@ impl Plotter<'_> {
             self.notes.add(
                 DiagnosticCode::LeftOut,
                 Origin::NONE,
-                "a polygon (PM) that is not closed is left out",
+                message!("a polygon (PM) that is not closed is left out"),
             );
         }
     }

@@ -1,5 +1,7 @@
 //! Coordinate system of a plot: scaling points and user units (IP, IR, SC), and rotation (RO).
 
+use magician_host::{Message, message};
+
 use super::lexer::Instruction;
 use crate::formats::span::SpanDiagnostic;
 
@@ -171,7 +173,10 @@ impl Scale {
             .iter()
             .position(|known| angle.rem_euclid(360.0) == *known);
         let Some(turns) = turns else {
-            let message = format!("RO {angle}: the rotation must be 0, 90, 180 or 270 degrees");
+            let message = message!(
+                "RO {angle}: the rotation must be 0, 90, 180 or 270 degrees",
+                angle
+            );
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         };
         // P1 and P2 keep their coordinates. IP and IR bring them back onto the sheet.
@@ -190,7 +195,7 @@ impl Scale {
             _ => {
                 return Err(SpanDiagnostic::new(
                     instruction.range.clone(),
-                    "IP needs one point, two points or nothing",
+                    message!("IP needs one point, two points or nothing"),
                 ));
             }
         };
@@ -220,7 +225,8 @@ impl Scale {
 
     /// Handles SC: coordinates of P1 and P2.
     pub(super) fn units(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
-        let refused = |message: &str| Err(SpanDiagnostic::new(instruction.range.clone(), message));
+        let refused =
+            |message: Message| Err(SpanDiagnostic::new(instruction.range.clone(), message));
         let share = |nth: usize| {
             instruction
                 .numbers
@@ -233,9 +239,11 @@ impl Scale {
                 0.0 => Some(Units::Corners([x1, x2, y1, y2])),
                 1.0 => Some(Units::Square([x1, x2, y1, y2], [share(5), share(6)])),
                 2.0 => Some(Units::Factors([x1, y1], [x2, y2])),
-                kind => return refused(&format!("unknown type {kind} of SC: it is 0, 1 or 2")),
+                kind => {
+                    return refused(message!("unknown type {kind} of SC: it is 0, 1 or 2", kind));
+                }
             },
-            _ => return refused("SC needs four numbers or none"),
+            _ => return refused(message!("SC needs four numbers or none")),
         };
         self.rescale(instruction)
     }
@@ -285,7 +293,7 @@ impl Scale {
             .iter()
             .all(|factor| factor.is_finite() && *factor != 0.0)
         {
-            let message = "the scale of SC is not a finite number";
+            let message = message!("the scale of SC is not a finite number");
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
         (self.factor, self.shift) = (factor, shift);

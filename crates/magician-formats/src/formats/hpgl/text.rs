@@ -3,6 +3,8 @@
 //! A plotter's letters all have the same width. So each letter of our font is centred in a cell of
 //! that width, and whatever the plot aligns with characters stays aligned.
 
+use magician_host::message;
+
 use super::lexer::Instruction;
 use super::plotter::Plotter;
 use crate::formats::span::SpanDiagnostic;
@@ -111,7 +113,10 @@ impl Plotter<'_> {
                 style.extra = [0, 1].map(|nth| numbers.get(nth).copied().unwrap_or(0.0));
             }
             _ => {
-                let message = format!("{} needs two numbers or none", instruction.name());
+                let message = message!(
+                    "{name} needs two numbers or none",
+                    name = instruction.name()
+                );
                 return Err(SpanDiagnostic::new(instruction.range.clone(), message));
             }
         }
@@ -219,7 +224,11 @@ impl Plotter<'_> {
         let start = *self.labels.start.get_or_insert(from);
         let count = text.chars().count();
         if count > MAX_LABEL_LENGTH {
-            let message = format!("the label has {count} characters, limit {MAX_LABEL_LENGTH}");
+            let message = message!(
+                "the label has {count} characters, limit {limit}",
+                count,
+                limit = MAX_LABEL_LENGTH
+            );
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
         let rows: Vec<&str> = text.split('\n').collect();
@@ -346,15 +355,11 @@ impl Plotter<'_> {
         match self.lettering()?.lacks(sign, origin) {
             Ok(note) => {
                 let remedies = note.remedies.clone();
-                self.notes.add_with(
-                    DiagnosticCode::LeftOut,
-                    origin,
-                    &note.message,
-                    |mut note| {
+                self.notes
+                    .add_with(DiagnosticCode::LeftOut, origin, note.message, |mut note| {
                         note.remedies = remedies;
                         note
-                    },
-                );
+                    });
                 Ok(())
             }
             Err(refused) => Err(SpanDiagnostic::of(instruction.range.clone(), refused)),

@@ -1,6 +1,7 @@
 //! Cropping of images, in pixels of the file.
 
 use ::image::metadata::Orientation;
+use magician_host::{Message, message};
 
 /// A window of an image in the orientation of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +30,7 @@ impl Window {
         [width, height]: [u32; 2],
         orientation: Orientation,
         crop: Option<[u32; 4]>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Message> {
         let Some([x, y, across, down]) = crop else {
             return Ok(Self {
                 x: 0,
@@ -46,9 +47,14 @@ impl Window {
         let beyond =
             |from: u32, side: u32, all: u32| from.checked_add(side).is_none_or(|to| to > all);
         if across == 0 || down == 0 || beyond(x, across, seen[0]) || beyond(y, down, seen[1]) {
-            return Err(format!(
-                "the crop {x},{y},{across},{down} is not within the image of {} by {} pixels",
-                seen[0], seen[1]
+            return Err(message!(
+                "the crop {x},{y},{across},{down} is not within the image of {width} by {height} pixels",
+                x,
+                y,
+                across,
+                down,
+                width = seen[0],
+                height = seen[1]
             ));
         }
         // Distances from the right and the bottom edge.

@@ -9,6 +9,7 @@
 
 use std::io::Cursor;
 
+use magician_host::{Message, message};
 use zune_core::bytestream::ZCursor;
 use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
@@ -34,7 +35,7 @@ pub(super) struct ReducedImage {
 }
 
 /// Reason why an image is refused.
-pub(super) type RefusalReason = String;
+pub(super) type RefusalReason = Message;
 
 /// Scales rows down as they arrive.
 struct Reducer {
@@ -54,7 +55,12 @@ impl Reducer {
         let pixels = u64::from(width) * u64::from(height);
         if pixels > MAX_DECODED_PIXELS {
             let most = MAX_DECODED_PIXELS / 1_000_000;
-            return Err(format!("{width} by {height} pixels, limit {most} million"));
+            return Err(message!(
+                "{width} by {height} pixels, limit {most} million",
+                width,
+                height,
+                most
+            ));
         }
         let Window { width, height, .. } = window;
         let mut each = 1_u32;
@@ -153,7 +159,7 @@ impl GreyAndOpacityReducer {
 
 /// Decodes a PNG row by row.
 pub(super) fn png(bytes: &[u8], window: Window) -> Result<ReducedImage, RefusalReason> {
-    let told = |error: png::DecodingError| error.to_string();
+    let told = |error: png::DecodingError| Message::from(error.to_string());
     let limits = png::Limits {
         bytes: usize::try_from(MAX_MEMORY).unwrap_or(usize::MAX),
     };
@@ -163,7 +169,7 @@ pub(super) fn png(bytes: &[u8], window: Window) -> Result<ReducedImage, RefusalR
     let info = reader.info();
     let size @ [width, _] = [info.width, info.height];
     if info.interlaced {
-        return Err("it is interlaced; save it without interlacing".to_owned());
+        return Err(message!("it is interlaced; save it without interlacing"));
     }
     let (color, _) = reader.output_color_type();
     let samples = color.samples();
@@ -202,22 +208,29 @@ pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<ReducedImage, Refusal
     decoder
         .decode_headers()
         .map_err(|error| error.to_string())?;
-    let info = decoder.info().ok_or("its header has no size")?;
+    let info = decoder
+        .info()
+        .ok_or_else(|| message!("its header has no size"))?;
     let size @ [width, height] = [u32::from(info.width), u32::from(info.height)];
     let pixels = u64::from(width) * u64::from(height);
     // The decoder holds one byte per pixel of a sequential JPEG, but all coefficients of a
     // progressive one.
-    let (memory, how) = if is_sequential(bytes) {
-        (pixels, "")
+    let is_sequential = is_sequential(bytes);
+    let memory = if is_sequential {
+        pixels
     } else {
-        let numbers = 2 * u64::from(info.components);
-        (
-            pixels * (1 + numbers),
-            ", progressive; save it as a plain (baseline) JPEG",
-        )
+        pixels * (1 + 2 * u64::from(info.components))
     };
     if memory > MAX_MEMORY {
-        return Err(format!("{width} by {height} pixels{how}"));
+        return Err(if is_sequential {
+            message!("{width} by {height} pixels", width, height)
+        } else {
+            message!(
+                "{width} by {height} pixels, progressive; save it as a plain (baseline) JPEG",
+                width,
+                height
+            )
+        });
     }
     let grey = decoder.decode().map_err(|error| error.to_string())?;
     let mut shrink = Reducer::new(size, window)?;
@@ -242,13 +255,16 @@ pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<ReducedImage, Refusal
         tiff::ColorType::RGB(8 | 16) => (3, false),
         tiff::ColorType::RGBA(8 | 16) => (4, false),
         tiff::ColorType::CMYK(8 | 16) => (4, true),
-        other => return Err(format!("a TIFF of {other:?} is not read in this size")),
+        other => {
+            let kind = format!("{other:?}");
+            return Err(message!("a TIFF of {kind} is not read in this size", kind));
+        }
     };
     let has_opacity = has_opacity(samples) && !inverted;
     let mut shrink = GreyAndOpacityReducer::new([width, height], window, has_opacity)?;
     let (across, down) = decoder.chunk_dimensions();
     if across == 0 || down == 0 {
-        return Err("its strips have no size".to_owned());
+        return Err(message!("its strips have no size"));
     }
     let columns = width.div_ceil(across);
     let mut band = vec![vec![u8::MAX; width as usize]; down.min(height) as usize];
@@ -267,7 +283,7 @@ pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<ReducedImage, Refusal
                 tiff::decoder::DecodingResult::U16(data) => {
                     data.into_iter().map(super::to_8_bits).collect()
                 }
-                _ => return Err("its numbers are of a kind that is not read".to_owned()),
+                _ => return Err(message!("its numbers are of a kind that is not read")),
             };
             let from = (column * across) as usize;
             let lines = data.chunks(wide as usize * samples).take(high as usize);

@@ -17,7 +17,7 @@ use ::image::metadata::Orientation;
 use ::image::{
     DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits,
 };
-use magician_host::message;
+use magician_host::{Message, message};
 use magician_host::{Setting, SettingValue};
 
 use super::{Content, Parsed, ReadOptions};
@@ -202,7 +202,7 @@ fn decode(
             grey,
             opacity,
         } = smaller.map_err(DecodeFailure::Large)?;
-        let cut_off = || DecodeFailure::Large("it is cut off".to_owned());
+        let cut_off = || DecodeFailure::Large(message!("it is cut off"));
         let plane = |plane: Vec<u8>| GrayImage::from_raw(width, height, plane).ok_or_else(cut_off);
         let opacity = Some(opacity).filter(|opacity| !opacity.is_empty());
         (plane(grey)?, opacity.map(plane).transpose()?)
@@ -238,9 +238,9 @@ fn decode(
 enum DecodeFailure {
     TooLarge([u32; 2]),
     /// The crop is outside the image.
-    Crop(String),
+    Crop(Message),
     /// Error while scaling a large image down.
-    Large(String),
+    Large(Message),
     By(ImageError),
 }
 

@@ -9,13 +9,14 @@
 //!
 //! Unknown entries are refused: skipping one would lead the arm elsewhere.
 
+use magician_host::message;
+
 use crate::formats::rail::RailCourse;
 use crate::plan::json::{Json, Member};
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Largest number of entries. It bounds memory.
 const MAX_ENTRIES: usize = 1_000_000;
-const KNOWN_MOTIONS: &str = "known are jump, moveJ and moveL";
 
 /// Entry of the list.
 struct Entry {
@@ -38,10 +39,16 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     let whole = json.whole()?;
     let list = json.array(whole)?;
     if list.is_empty() {
-        return Err(Diagnostic::of_file("the playback file has no entries"));
+        return Err(Diagnostic::of_file(message!(
+            "the playback file has no entries"
+        )));
     }
     if list.len() > MAX_ENTRIES {
-        let message = format!("too many entries: {}, limit {MAX_ENTRIES}", list.len());
+        let message = message!(
+            "too many entries: {count}, limit {limit}",
+            count = list.len(),
+            limit = MAX_ENTRIES
+        );
         return Err(Diagnostic::of_file(message));
     }
     let mut notes = Vec::new();
@@ -72,8 +79,9 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
                     _ => Tool::Suction,
                 };
                 if *plan.tool.get_or_insert(tool) != tool {
-                    let message = "the file uses both the gripper and the suction cup";
-                    return Err(Diagnostic::new(origin, message).help("an arm has one tool"));
+                    let message = message!("the file uses both the gripper and the suction cup");
+                    let help = message!("an arm has one tool");
+                    return Err(Diagnostic::new(origin, message).help(help));
                 }
                 plan.push(action, origin);
             }
@@ -96,9 +104,12 @@ fn entry<'t>(
     let text = |name: &str| string(json, &members, name);
     let device = text("device")?.unwrap_or_default();
     if !(device.is_empty() || device.eq_ignore_ascii_case("magician")) {
-        let message =
-            format!("this was taught on a {device}, whose points are other positions here");
-        return Err(Diagnostic::new(origin, message).help("teach the points again on a Magician"));
+        let message = message!(
+            "this was taught on a {device}, whose points are other positions here",
+            device
+        );
+        let help = message!("teach the points again on a Magician");
+        return Err(Diagnostic::new(origin, message).help(help));
     }
     let params = member(&members, "params").map(|member| member.value);
     let params = json.object(params.unwrap_or("{}"))?;
@@ -112,8 +123,9 @@ fn entry<'t>(
                 "movel" | "movl" => Travel::Line,
                 "jump" | "movejump" => Travel::Jump,
                 _ => {
-                    let message = format!("the motion '{way}' is not known");
-                    return Err(Diagnostic::new(origin, message).help(KNOWN_MOTIONS));
+                    let message = message!("the motion '{way}' is not known", way);
+                    let help = message!("known are jump, moveJ and moveL");
+                    return Err(Diagnostic::new(origin, message).help(help));
                 }
             };
             let point = member(&params, "point");
@@ -123,7 +135,7 @@ fn entry<'t>(
                     [*x, *y, *z, *r]
                 }
                 _ => {
-                    let message = "the move has no point: [x, y, z, r] in mm and degrees";
+                    let message = message!("the move has no point: [x, y, z, r] in mm and degrees");
                     return Err(Diagnostic::new(origin, message));
                 }
             };
@@ -135,7 +147,8 @@ fn entry<'t>(
                 (true, _) => None,
             };
             if slides && rail.is_none() {
-                let message = "the move takes the rail along, and slideL does not say where to";
+                let message =
+                    message!("the move takes the rail along, and slideL does not say where to");
                 return Err(Diagnostic::new(origin, message));
             }
             EntryKind::Move {
@@ -157,22 +170,27 @@ fn entry<'t>(
                 ("gripper", "close" | "closed" | "grip") => Action::Gripper(Grip::Close),
                 ("gripper", "off" | "false" | "disable") => Action::Gripper(Grip::Off),
                 ("none" | "", _) => {
-                    let note = "an entry without a tool is left out";
+                    let note = message!("an entry without a tool is left out");
                     notes.push(Diagnostic::new(origin, note).coded(DiagnosticCode::LeftOut));
                     return Ok(None);
                 }
                 _ => {
-                    let message =
-                        format!("the tool '{name}' with the state '{status}' is not known");
-                    let help = "known are suctionCup (on, off) and gripper (open, close, off)";
+                    let message = message!(
+                        "the tool '{name}' with the state '{status}' is not known",
+                        name,
+                        status
+                    );
+                    let help =
+                        message!("known are suctionCup (on, off) and gripper (open, close, off)");
                     return Err(Diagnostic::new(origin, message).help(help));
                 }
             };
             EntryKind::Tool(action)
         }
         other => {
-            let message = format!("an entry of the type '{other}' is not known");
-            return Err(Diagnostic::new(origin, message).help("known are move and endtool"));
+            let message = message!("an entry of the type '{kind}' is not known", kind = other);
+            let help = message!("known are move and endtool");
+            return Err(Diagnostic::new(origin, message).help(help));
         }
     };
     Ok(Some(Entry { action, origin }))

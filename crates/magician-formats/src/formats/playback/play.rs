@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use magician_host::{Message, message};
 use magician_motion::{
     ArmModel, ArmState, Ceilings, Geometry, JointAngles, MotionError, Planner, Pose,
 };
@@ -109,10 +110,14 @@ impl Player {
         {
             let lines = straight(from, via, row.point.to);
             let how = match lines.as_slice() {
-                [_] => "a straight line to its end",
-                _ => "straight lines through its points",
+                [_] => message!("a straight line to its end"),
+                _ => message!("straight lines through its points"),
             };
-            let note = format!("{why}, so it is not an arc: it is played as {how}");
+            let note = message!(
+                "{why}, so it is not an arc: it is played as {how}",
+                why,
+                how
+            );
             let name = format!("row{}", row.number);
             self.notes
                 .push(Diagnostic::new(row.places.motion, note).named(name));
@@ -133,7 +138,7 @@ impl Player {
 }
 
 /// Returns why three points do not define a circle by the arm's own criteria; `None` if they do.
-fn degenerate_arc(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str> {
+fn degenerate_arc(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<Message> {
     let [from, via, to] = [from, via, to].map(|pose| Pose::from(pose.map(f64::from)));
     let planner = Planner {
         geometry: Geometry::default(),
@@ -149,8 +154,8 @@ fn degenerate_arc(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'stati
         pose: from,
     };
     match planner.arc(&from, &via, &to) {
-        Err(MotionError::Coincident) => Some("two of its three points are the same"),
-        Err(MotionError::Collinear) => Some("its three points are on one line"),
+        Err(MotionError::Coincident) => Some(message!("two of its three points are the same")),
+        Err(MotionError::Collinear) => Some(message!("its three points are on one line")),
         _ => None,
     }
 }

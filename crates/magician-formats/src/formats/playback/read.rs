@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use magician_host::{Message, message};
 use roxmltree::Node;
 
 use super::lab;
@@ -13,24 +14,8 @@ use crate::formats::rail::RailCourse;
 use crate::formats::{Content, Parsed, ReadOptions, xml};
 use crate::{Diagnostic, DiagnosticCode, Grip, Lines, Origin, Travel};
 
-/// Meaning of the items, for messages.
-const ITEM_MEANINGS: [&str; 13] = [
-    "motion style",
-    "name",
-    "X",
-    "Y",
-    "Z",
-    "R",
-    "second X",
-    "second Y",
-    "second Z",
-    "second R",
-    "pause",
-    "gripper",
-    "suction cup",
-];
-
-const NOT_A_PLAYBACK: &str = "this is not a playback file of DobotStudio";
+/// Number of items whose meaning is known, without that of the rail.
+const KNOWN_ITEMS: u32 = 13;
 
 pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let decoded = decode(bytes, Fallback::Western)?;
@@ -83,9 +68,10 @@ impl Playback {
         let (Some(grips), Some(sucks)) = (grips, sucks) else {
             return Ok(());
         };
-        let message = format!(
-            "row{} uses the gripper and row{} the suction cup; the arm has one tool",
-            grips.number, sucks.number
+        let message = message!(
+            "row{gripping} uses the gripper and row{sucking} the suction cup; the arm has one tool",
+            gripping = grips.number,
+            sucking = sucks.number
         );
         Err(Diagnostic::new(sucks.places.suction, message).named(format!("row{}", sucks.number)))
     }
@@ -100,7 +86,7 @@ impl Playback {
                 .map_err(|why| {
                     Diagnostic::new(row.places.motion, why)
                         .named(format!("row{}", row.number))
-                        .help("teach a point of its own to which the rail moves")
+                        .help(message!("teach a point of its own to which the rail moves"))
                 })?;
         }
         Ok(())
@@ -124,8 +110,9 @@ fn document(text: &str) -> Result<Playback, Diagnostic> {
     }
     if playback.rows.is_empty() {
         let place = file.start_of(root);
-        let diagnostic = Diagnostic::new(place, format!("{NOT_A_PLAYBACK}: it has no rows"));
-        return Err(diagnostic.help("its points are in elements called row0, row1 and so on"));
+        let message = message!("this is not a playback file of DobotStudio: it has no rows");
+        let help = message!("its points are in elements called row0, row1 and so on");
+        return Err(Diagnostic::new(place, message).help(help));
     }
     file.note_order(&mut playback);
     Ok(playback)
@@ -153,11 +140,16 @@ impl File<'_> {
     fn other_xml_error(&self, root: Node<'_, '_>) -> Diagnostic {
         let name = root.tag_name().name();
         let help = match name {
-            "xml" => "this looks like a DobotBlockly workspace: rename it to '.blockly'",
-            "svg" => "this looks like a drawing: rename it to '.svg'",
-            _ => "the outermost element of a playback file is 'root'",
+            "xml" => {
+                message!("this looks like a DobotBlockly workspace: rename it to '.blockly'")
+            }
+            "svg" => message!("this looks like a drawing: rename it to '.svg'"),
+            _ => message!("the outermost element of a playback file is 'root'"),
         };
-        let message = format!("{NOT_A_PLAYBACK}: its outermost element is '{name}'");
+        let message = message!(
+            "this is not a playback file of DobotStudio: its outermost element is '{name}'",
+            name
+        );
         Diagnostic::new(self.start_of(root), message).help(help)
     }
 
@@ -179,7 +171,7 @@ impl File<'_> {
                 playback.dobot_type = Some(kind);
             }
             _ => {
-                let note = format!("'{name}' is unknown: it is kept but not played");
+                let note = message!("'{name}' is unknown: it is kept but not played", name);
                 let note = Diagnostic::new(self.start_of(node), note);
                 playback.notes.push(note.coded(DiagnosticCode::LeftOut));
                 playback.others.extend(self.source(node));
@@ -194,11 +186,12 @@ impl File<'_> {
             return Ok(());
         }
         let place = self.at(content_range(item));
-        let message = format!(
-            "this was taught on a {kind}, and its points are other positions \
-            here"
+        let message = message!(
+            "this was taught on a {kind}, and its points are other positions here",
+            kind
         );
-        Err(Diagnostic::new(place, message).help("teach the points again on a Magician"))
+        let help = message!("teach the points again on a Magician");
+        Err(Diagnostic::new(place, message).help(help))
     }
 
     /// Returns the source of an element; `None` if it is not valid on its own.
@@ -248,9 +241,10 @@ impl File<'_> {
         let rows = &playback.rows;
         let wrong = (0..).zip(rows).find(|(nth, row)| row.number != *nth);
         if let Some((nth, row)) = wrong {
-            let message = format!(
-                "row{} found where row{nth} is expected; rows are played in the order of the file",
-                row.number
+            let message = message!(
+                "row{number} found where row{nth} is expected; rows are played in the order of the file",
+                number = row.number,
+                nth
             );
             let note = Diagnostic::new(row.places.motion, message).coded(DiagnosticCode::Assumed);
             playback.notes.push(note);
@@ -269,14 +263,18 @@ impl File<'_> {
         if !strange.is_empty() {
             let names: Vec<_> = strange.into_iter().collect();
             let names = names.join(", ");
-            let note = format!("rows have unknown items ({names}): they are kept but not played");
+            let note = message!(
+                "rows have unknown items ({names}): they are kept but not played",
+                names
+            );
             playback
                 .notes
                 .push(Diagnostic::of_file(note).coded(DiagnosticCode::LeftOut));
         }
         for number in changing(&playback.rows) {
-            let note = format!(
-                "item_{number} is unknown and changes from row to row: if it is a motion, that is not played"
+            let note = message!(
+                "item_{number} is unknown and changes from row to row: if it is a motion, that is not played",
+                number
             );
             let note = Diagnostic::of_file(note).coded(DiagnosticCode::LeftOut);
             playback.notes.push(note);
@@ -286,7 +284,7 @@ impl File<'_> {
 
 /// True if the meaning of an item is known.
 fn is_known(number: u32) -> bool {
-    (number as usize) < ITEM_MEANINGS.len() || number == RAIL_ITEM
+    number < KNOWN_ITEMS || number == RAIL_ITEM
 }
 
 /// Returns unknown items whose numbers differ between rows.
@@ -316,7 +314,7 @@ struct Items<'f, 'a, 'i> {
 impl<'a, 'i> Items<'_, 'a, 'i> {
     fn take(&mut self, number: u32, item: Node<'a, 'i>) -> Result<(), Diagnostic> {
         if self.node(number).is_some() {
-            return Err(self.wrong(item, format!("item_{number} appears twice")));
+            return Err(self.wrong(item, message!("item_{number} appears twice", number)));
         }
         self.found.push((number, item));
         Ok(())
@@ -334,7 +332,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         (!text.is_empty()).then_some((text, node))
     }
 
-    fn wrong(&self, item: Node<'_, '_>, message: String) -> Diagnostic {
+    fn wrong(&self, item: Node<'_, '_>, message: Message) -> Diagnostic {
         let place = self.file.at(content_range(item));
         Diagnostic::new(place, message).named(format!("row{}", self.number))
     }
@@ -345,44 +343,60 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
             Some(item) => self.file.at(item.range()),
             None => self.file.start_of(self.row),
         };
-        Diagnostic::new(place, format!("it has no item_{number} ({meaning})"))
-            .named(format!("row{}", self.number))
+        let message = message!("it has no item_{number} ({meaning})", number, meaning);
+        Diagnostic::new(place, message).named(format!("row{}", self.number))
     }
 
     fn number(&self, number: u32) -> Result<Option<f64>, Diagnostic> {
         let Some((text, item)) = self.text(number) else {
             return Ok(None);
         };
-        let meaning = meaning(number);
         let value = text.parse::<f64>().map_err(|_| {
-            let diagnostic = format!(
-                "item_{number} ({meaning}) is '{text}', which is not a \
-                number"
+            let message = message!(
+                "item_{number} ({meaning}) is '{text}', which is not a number",
+                number,
+                meaning = meaning(number),
+                text
             );
-            let diagnostic = self.wrong(item, diagnostic);
+            let diagnostic = self.wrong(item, message);
             if text.contains(',') {
-                diagnostic.help("numbers are written with a decimal point")
+                diagnostic.help(message!("numbers are written with a decimal point"))
             } else {
                 diagnostic
             }
         })?;
         if !(value as f32).is_finite() {
-            let diagnostic = format!("item_{number} ({meaning}) is {text}, which is out of range");
-            return Err(self.wrong(item, diagnostic));
+            let message = message!(
+                "item_{number} ({meaning}) is {text}, which is out of range",
+                number,
+                meaning = meaning(number),
+                text
+            );
+            return Err(self.wrong(item, message));
         }
         Ok(Some(value))
     }
 
     /// Parses one of a few whole numbers.
-    fn code(&self, number: u32, most: u8, known: &str) -> Result<Option<u8>, Diagnostic> {
+    fn code(
+        &self,
+        number: u32,
+        most: u8,
+        known: fn() -> Message,
+    ) -> Result<Option<u8>, Diagnostic> {
         let Some(value) = self.number(number)? else {
             return Ok(None);
         };
         let code = (0..=most).find(|code| f64::from(*code) == value);
         if let (None, Some(item)) = (code, self.node(number)) {
-            let meaning = meaning(number);
-            let diagnostic = format!("item_{number} ({meaning}) is {value}; known are {known}");
-            return Err(self.wrong(item, diagnostic));
+            let message = message!(
+                "item_{number} ({meaning}) is {value}; known are {known}",
+                number,
+                meaning = meaning(number),
+                value,
+                known = known()
+            );
+            return Err(self.wrong(item, message));
         }
         Ok(code)
     }
@@ -395,10 +409,9 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
                 // Parse the text as f32 directly, to round only once.
                 Some(_) => *value = self.single(number),
                 None if number == first + 3 => {
-                    let note = "it has no R: 0 is used";
                     notes.push(Diagnostic {
                         code: DiagnosticCode::Assumed,
-                        message: note.into(),
+                        message: message!("it has no R: 0 is used"),
                         ..self.missing(number)
                     });
                 }
@@ -414,7 +427,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
     }
 
     fn point(&self, notes: &mut Vec<Diagnostic>) -> Result<Point, Diagnostic> {
-        let styles = "0 JUMP, 1 MOVJ, 2 MOVL, 3 or 4 ARC";
+        let styles = || message!("0 JUMP, 1 MOVJ, 2 MOVL, 3 or 4 ARC");
         let style = self.code(0, 4, styles)?.ok_or_else(|| self.missing(0))?;
         let first = self.pose(2, notes)?;
         let (way, to) = match style {
@@ -429,15 +442,16 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         // A value may have been lost, so an empty item is reported.
         for number in 10..=12 {
             if let Some(item) = self.node(number).filter(|_| self.text(number).is_none()) {
-                let message = format!(
-                    "item_{number} ({}) is empty: it is left out",
-                    meaning(number)
+                let message = message!(
+                    "item_{number} ({meaning}) is empty: it is left out",
+                    number,
+                    meaning = meaning(number)
                 );
                 notes.push(self.wrong(item, message).coded(DiagnosticCode::LeftOut));
             }
         }
-        let gripper = self.code(11, 2, "0 off, 1 open, 2 closed")?;
-        let suction = self.code(12, 1, "0 off, 1 on")?;
+        let gripper = self.code(11, 2, || message!("0 off, 1 open, 2 closed"))?;
+        let suction = self.code(12, 1, || message!("0 off, 1 on"))?;
         Ok(Point {
             name: name.unwrap_or_default(),
             way,
@@ -470,13 +484,16 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
             || self.file.start_of(self.row),
             |item| self.file.at(content_range(item)),
         );
-        let message = format!(
+        let message = message!(
             "motion style {style} is an arc, but items 6 to 9 have no second point; another \
-                meaning is unknown"
+                meaning is unknown",
+            style
         );
         Err(Diagnostic::new(place, message)
             .named(format!("row{}", self.number))
-            .help("teach this point again, or give it style 0 (JUMP), 1 (MOVJ) or 2 (MOVL)"))
+            .help(message!(
+                "teach this point again, or give it style 0 (JUMP), 1 (MOVJ) or 2 (MOVL)"
+            )))
     }
 
     /// Returns the pause in ms. The file has seconds.
@@ -486,7 +503,11 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         match self.node(10) {
             Some(item) if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) => {
                 let most = f64::from(u32::MAX) / 1000.0;
-                let message = format!("it pauses for {seconds} s, it must be 0 to {most} s");
+                let message = message!(
+                    "it pauses for {seconds} s, it must be 0 to {most} s",
+                    seconds,
+                    most
+                );
                 Err(self.wrong(item, message))
             }
             _ => Ok(milliseconds as u32),
@@ -513,12 +534,25 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
     }
 }
 
-fn meaning(number: u32) -> &'static str {
-    if number == RAIL_ITEM {
-        return "rail position";
+/// Meaning of an item, for messages.
+fn meaning(number: u32) -> Message {
+    match number {
+        RAIL_ITEM => message!("rail position"),
+        0 => message!("motion style"),
+        1 => message!("name"),
+        2 => "X".into(),
+        3 => "Y".into(),
+        4 => "Z".into(),
+        5 => "R".into(),
+        6 => message!("second X"),
+        7 => message!("second Y"),
+        8 => message!("second Z"),
+        9 => message!("second R"),
+        10 => message!("pause"),
+        11 => message!("gripper"),
+        12 => message!("suction cup"),
+        _ => message!("not known"),
     }
-    let meaning = ITEM_MEANINGS.get(number as usize);
-    meaning.copied().unwrap_or("not known")
 }
 
 /// Returns the range of an element's text, or of the element if it has none.

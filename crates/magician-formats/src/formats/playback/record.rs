@@ -1,15 +1,12 @@
 //! Conversion of plans to playback files.
 
-use magician_host::{Set, Setting, SettingValue};
+use magician_host::{Message, Set, Setting, SettingValue, message};
 use magician_protocol::PtpMode;
 
 use super::row::{numbered, setting};
 use super::write::is_xml_character;
 use super::{Playback, Point, PointMotion, Row};
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Plan, Step, Tool, Travel};
-
-/// Parts of plans that no playback file can store.
-const UNSTORABLE_PARTS: &str = "parts and pauses for a person";
 
 impl Playback {
     /// Converts a plan to a file of DobotStudio 1.9, as far as such a file can express it.
@@ -56,7 +53,7 @@ struct Recorder<'p> {
     suction: Option<bool>,
     /// Rail position after the last move, mm.
     rail: Option<f32>,
-    left_out: Vec<&'static str>,
+    left_out: Vec<Message>,
     notes: Vec<Diagnostic>,
 }
 
@@ -80,10 +77,11 @@ impl<'p> Recorder<'p> {
                 _ => continue,
             }
             if recorder.gripper.is_some() && recorder.suction.is_some() {
-                let what = "uses the gripper, an earlier one the suction cup";
-                let other = "uses the suction cup, an earlier one the gripper";
-                let gripper = matches!(step.action, Action::Gripper(_));
-                let what = if gripper { what } else { other };
+                let what = if matches!(step.action, Action::Gripper(_)) {
+                    message!("uses the gripper, an earlier one the suction cup")
+                } else {
+                    message!("uses the suction cup, an earlier one the gripper")
+                };
                 return Err(recorder.cannot(nth, step, what));
             }
         }
@@ -104,9 +102,9 @@ impl<'p> Recorder<'p> {
             (_, None) => {}
             (used_tool, tool) if used_tool == tool => {}
             (_, Some(tool)) => {
-                let note = format!(
-                    "the file cannot store that its points are for the tool \
-                    '{tool}'"
+                let note = message!(
+                    "the file cannot store that its points are for the tool '{tool}'",
+                    tool
                 );
                 let tool = (Setting::Tool, SettingValue::Any("NAME"));
                 self.notes.push(Diagnostic::of_file(note).remedy(
@@ -118,12 +116,13 @@ impl<'p> Recorder<'p> {
         }
     }
 
-    fn cannot(&self, nth: usize, step: &Step, what: &str) -> Diagnostic {
+    fn cannot(&self, nth: usize, step: &Step, what: Message) -> Diagnostic {
         let diagnostic = Diagnostic::new(
             step.origin,
-            format!(
-                "step {} {what}, which a playback file cannot store",
-                nth + 1
+            message!(
+                "step {step} {what}, which a playback file cannot store",
+                step = nth + 1,
+                what
             ),
         );
         match self.plan.name_of(&step.origin) {
@@ -151,7 +150,7 @@ impl<'p> Recorder<'p> {
                     return Err(self.cannot(
                         nth,
                         step,
-                        "leads to a place on the rail that is not a number",
+                        message!("leads to a place on the rail that is not a number"),
                     ));
                 }
                 self.rail = Some(l);
@@ -159,8 +158,9 @@ impl<'p> Recorder<'p> {
             }
             other => {
                 let Some(command) = other.command() else {
-                    if !self.left_out.contains(&UNSTORABLE_PARTS) {
-                        self.left_out.push(UNSTORABLE_PARTS);
+                    let what = message!("parts and pauses for a person");
+                    if !self.left_out.contains(&what) {
+                        self.left_out.push(what);
                     }
                     return Ok(());
                 };
@@ -171,9 +171,10 @@ impl<'p> Recorder<'p> {
                     return Ok(());
                 }
                 let name = command.row().set_name;
-                let diagnostic = self.cannot(nth, step, &format!("is a {name}"));
-                let help = "it can store moves to poses, arcs, pauses, and the suction cup or the \
-                    gripper";
+                let diagnostic = self.cannot(nth, step, message!("is a {name}", name));
+                let help = message!(
+                    "it can store moves to poses, arcs, pauses, and the suction cup or the gripper"
+                );
                 Err(diagnostic.help(help))
             }
         }
@@ -191,12 +192,13 @@ impl<'p> Recorder<'p> {
             PointMotion::Move(_) => to,
         };
         if !to.iter().chain(&via).all(|value| value.is_finite()) {
-            return Err(self.cannot(nth, step, "leads to a coordinate that is not a number"));
+            let what = message!("leads to a coordinate that is not a number");
+            return Err(self.cannot(nth, step, what));
         }
         // The reader takes a second point of zeros for an absent one, so this arc would not come
         // back.
         if matches!(way, PointMotion::Arc { .. }) && to == [0.0; 4] {
-            return Err(self.cannot(nth, step, "is an arc to 0, 0, 0, 0"));
+            return Err(self.cannot(nth, step, message!("is an arc to 0, 0, 0, 0")));
         }
         let name = self.plan.name_of(&step.origin).unwrap_or_default();
         let name = name.trim();
@@ -246,22 +248,27 @@ impl<'p> Recorder<'p> {
         };
         match last.pause.checked_add(milliseconds) {
             Some(pause) => last.pause = pause,
-            None => return Err(self.cannot(nth, step, "waits for more than 49 days")),
+            None => return Err(self.cannot(nth, step, message!("waits for more than 49 days"))),
         }
         Ok(())
     }
 
     fn error_before_first_point(&self, nth: usize, step: &Step) -> Diagnostic {
-        let diagnostic = self.cannot(nth, step, "comes before the first move");
-        diagnostic.help("put a move to a pose in front of it")
+        let diagnostic = self.cannot(nth, step, message!("comes before the first move"));
+        diagnostic.help(message!("put a move to a pose in front of it"))
     }
 
     fn finish(mut self) -> Result<Playback, Diagnostic> {
         if self.points.is_empty() {
-            return Err(Diagnostic::of_file("there is no move to a pose to store"));
+            return Err(Diagnostic::of_file(message!(
+                "there is no move to a pose to store"
+            )));
         }
         for what in self.left_out {
-            let note = format!("the {what} are left out: a playback file does not have them");
+            let note = message!(
+                "the {what} are left out: a playback file does not have them",
+                what
+            );
             self.notes
                 .push(Diagnostic::of_file(note).coded(DiagnosticCode::LeftOut));
         }

@@ -1,6 +1,6 @@
 //! Taught points and the rows that store them.
 
-use magician_host::Set;
+use magician_host::{Message, Set, message};
 
 use crate::{Action, Grip, Origin, Travel};
 
@@ -171,7 +171,7 @@ pub(super) fn numbered(name: &str, prefix: &str) -> Option<u32> {
 
 /// Returns what kind of setting a command is, in words, if a playback file cannot store it. `None`
 /// for other commands.
-pub(super) fn setting(command: &Set) -> Option<&'static str> {
+pub(super) fn setting(command: &Set) -> Option<Message> {
     Some(match command {
         Set::PtpJointParams(_)
         | Set::PtpCoordinateParams(_)
@@ -179,9 +179,9 @@ pub(super) fn setting(command: &Set) -> Option<&'static str> {
         | Set::PtpCommonParams(_)
         | Set::CpParams(_)
         | Set::ArcParams(_)
-        | Set::ArcCommonParams(_) => "speeds",
-        Set::SetDeviceWithL(_) => "settings of the rail",
-        Set::PtpJumpParams(_) | Set::PtpJump2Params(_) => "heights of jumps",
+        | Set::ArcCommonParams(_) => message!("speeds"),
+        Set::SetDeviceWithL(_) => message!("settings of the rail"),
+        Set::PtpJumpParams(_) | Set::PtpJump2Params(_) => message!("heights of jumps"),
         _ => return None,
     })
 }

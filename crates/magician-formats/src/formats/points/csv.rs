@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
+use magician_host::message;
+
 use super::row::{Row, plan};
 use super::{only_recordings, recording};
 use crate::formats::content::points::{Field, cells, lines, separator};
@@ -23,11 +25,14 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
         }) {
             return Err(Diagnostic::new(
                 origin,
-                format!("there is another column '{}'", cell.trim()),
+                message!("there is another column '{name}'", name = cell.trim()),
             ));
         }
         if field.is_none() {
-            let note = format!("unknown column '{}': it is left out", cell.trim());
+            let note = message!(
+                "unknown column '{name}': it is left out",
+                name = cell.trim()
+            );
             notes.push(Diagnostic::new(origin, note).coded(DiagnosticCode::LeftOut));
         }
         columns.push(field);
@@ -36,11 +41,11 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
     for (axis, name) in ["X", "Y", "Z"].into_iter().enumerate() {
         if !fields.contains(&Field::Place(axis)) {
             let origin = places.origin(start..start + header.len());
-            let diagnostic = Diagnostic::new(origin, format!("there is no column {name}"));
-            return Err(diagnostic.help(
+            let diagnostic = Diagnostic::new(origin, message!("there is no column {name}", name));
+            return Err(diagnostic.help(message!(
                 "the first line names the columns, such as X,Y,Z,R; \
-                without it each line is x,y,z",
-            ));
+                without it each line is x,y,z"
+            )));
         }
     }
     let mut rows = Vec::new();
@@ -61,9 +66,9 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
                 if cell.trim().is_empty() {
                     continue;
                 }
-                let message = format!(
-                    "this line has more than the {} columns of the first",
-                    columns.len()
+                let message = message!(
+                    "this line has more than the {count} columns of the first",
+                    count = columns.len()
                 );
                 return Err(Diagnostic::new(origin, message));
             };
@@ -87,16 +92,18 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
         .iter()
         .any(|row| row.rail().is_some_and(|l| l != rows[0].rail().unwrap_or(l)))
     {
-        let message =
-            "the rail moves in this recording, and a recording is followed by the arm alone";
-        return Err(Diagnostic::of_file(message).help("teach its points on the rail instead"));
+        let message = message!(
+            "the rail moves in this recording, and a recording is followed by the arm alone"
+        );
+        let help = message!("teach its points on the rail instead");
+        return Err(Diagnostic::of_file(message).help(help));
     }
     // The last row of an interrupted recording may be incomplete.
     let samples: Vec<_> = rows.iter().filter_map(Row::sample).collect();
     if samples.len() < rows.len() {
-        let what = format!(
-            "rows without a time or a position are left out: {}",
-            rows.len() - samples.len()
+        let what = message!(
+            "rows without a time or a position are left out: {count}",
+            count = rows.len() - samples.len()
         );
         notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
     }

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
+use magician_host::message;
+
 use super::row::{Row, plan};
 use crate::formats::content::points::Field;
 use crate::plan::json::Json;
@@ -26,7 +28,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
         match number_of(&key) {
             Some(number) => rows.push((number, value)),
             None => {
-                let note = format!("'{key}' is unknown: it is left out");
+                let note = message!("'{name}' is unknown: it is left out", name = key);
                 notes.push(json.diagnostic(value, note).coded(DiagnosticCode::LeftOut));
             }
         }
@@ -35,7 +37,8 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     if let Some(within) = within {
         json.members(within, |key, value| {
             let number = number_of(&key).ok_or_else(|| {
-                let message = format!("the rows are called row0, row1 and so on, not '{key}'");
+                let message =
+                    message!("the rows are called row0, row1 and so on, not '{key}'", key);
                 json.diagnostic(value, message)
             })?;
             rows.push((number, value));
@@ -43,8 +46,9 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
         })?;
     }
     if rows.len() > MAX_ROWS {
-        return Err(Diagnostic::of_file(format!(
-            "too many rows: more than {MAX_ROWS}"
+        return Err(Diagnostic::of_file(message!(
+            "too many rows: more than {most}",
+            most = MAX_ROWS
         )));
     }
     // Members of an object may be in any order.
@@ -53,7 +57,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
         let pair: [(u64, &str); 2] = pair.try_into().ok()?;
         (pair[0].0 == pair[1].0).then_some(pair)
     }) {
-        return Err(json.diagnostic(value, format!("row{number} appears twice")));
+        return Err(json.diagnostic(value, message!("row{number} appears twice", number)));
     }
     let mut fields = BTreeSet::new();
     let mut strangers = BTreeSet::new();
@@ -63,7 +67,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
         for member in json.object(value)? {
             let Some(field) = Field::named(&member.key) else {
                 if strangers.insert(member.key.to_string()) {
-                    let note = format!("'{}' is unknown: it is left out", member.key);
+                    let note = message!("'{name}' is unknown: it is left out", name = member.key);
                     notes.push(
                         json.diagnostic(member.value, note)
                             .coded(DiagnosticCode::LeftOut),
@@ -84,7 +88,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
 fn plain<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
     match value.chars().next() {
         Some('"') => json.string(value),
-        Some('{' | '[') => Err(json.diagnostic(value, "expected a number or a string")),
+        Some('{' | '[') => Err(json.diagnostic(value, message!("expected a number or a string"))),
         _ if value == "null" => Ok("".into()),
         _ => Ok(value.into()),
     }

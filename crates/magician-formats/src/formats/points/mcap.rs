@@ -4,6 +4,7 @@
 //! The records are parsed here and not by the library that writes them, because it panics on chunks
 //! with inconsistent lengths.
 
+use magician_host::{Message, message};
 use serde::Deserialize;
 
 use super::recording::{self, Sample};
@@ -98,21 +99,23 @@ pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Parsed<Plan>, 
         }
     }
     if found.samples.is_empty() {
-        return Err(Diagnostic::of_file(
-            "it has no /pose: no path of the tool was recorded",
-        ));
+        return Err(Diagnostic::of_file(message!(
+            "it has no /pose: no path of the tool was recorded"
+        )));
     }
     let mut reading = recording::plan(&found.samples, resample)?;
     // A complete file ends with the magic bytes.
     if records.0 != MCAP_MAGIC {
-        let note = Diagnostic::of_file("the recording is cut off: it is followed to its end");
+        let note = Diagnostic::of_file(message!(
+            "the recording is cut off: it is followed to its end"
+        ));
         reading.notes.push(note.coded(DiagnosticCode::LeftOut));
     }
     Ok(reading)
 }
 
-fn damaged(what: &str) -> Diagnostic {
-    Diagnostic::of_file(format!("the recording is damaged: {what}"))
+fn damaged(what: Message) -> Diagnostic {
+    Diagnostic::of_file(message!("the recording is damaged: {what}", what))
 }
 
 impl PoseChannel {
@@ -127,17 +130,17 @@ impl PoseChannel {
             Some((checksum, compression, content.take(length)?))
         };
         let (checksum, compression, data) =
-            parts().ok_or_else(|| damaged("a chunk is shorter than it says"))?;
+            parts().ok_or_else(|| damaged(message!("a chunk is shorter than it says")))?;
         if !compression.is_empty() {
             let what = String::from_utf8_lossy(compression).into_owned();
-            let diagnostic = Diagnostic::of_file(format!(
-                "chunks compressed with {what} are not \
-                supported"
+            let diagnostic = Diagnostic::of_file(message!(
+                "chunks compressed with {what} are not supported",
+                what
             ));
-            return Err(diagnostic.help("write it without compression"));
+            return Err(diagnostic.help(message!("write it without compression")));
         }
         if checksum != 0 && checksum != u64::from(crc32fast::hash(data)) {
-            return Err(damaged("a chunk has a wrong checksum"));
+            return Err(damaged(message!("a chunk has a wrong checksum")));
         }
         let mut records = Bytes(data);
         while let Some((kind, content)) = records.record() {
@@ -147,7 +150,7 @@ impl PoseChannel {
     }
 
     fn record(&mut self, kind: u8, mut content: Bytes<'_>) -> Result<(), Diagnostic> {
-        let short = || damaged("a record is shorter than it says");
+        let short = || damaged(message!("a record is shorter than it says"));
         match kind {
             CHANNEL_OPCODE => {
                 let mut parts = || {
@@ -158,8 +161,9 @@ impl PoseChannel {
                 let (id, topic, encoding) = parts().ok_or_else(short)?;
                 if topic == b"/pose" {
                     if encoding != b"json" {
-                        let what = "the messages of /pose are not JSON, the only supported \
-                            encoding";
+                        let what = message!(
+                            "the messages of /pose are not JSON, the only supported encoding"
+                        );
                         return Err(Diagnostic::of_file(what));
                     }
                     self.channel = Some(id);
@@ -186,8 +190,9 @@ impl PoseChannel {
 
     fn message(&mut self, time: u64, data: &[u8]) -> Result<(), Diagnostic> {
         let PoseInFrame { pose } = serde_json::from_slice(data).map_err(|error| {
-            Diagnostic::of_file(format!(
-                "a message of /pose is not a foxglove.PoseInFrame: {error}"
+            Diagnostic::of_file(message!(
+                "a message of /pose is not a foxglove.PoseInFrame: {error}",
+                error = error.to_string()
             ))
         })?;
         let begun = *self.first.get_or_insert(time);

@@ -18,6 +18,8 @@ mod recording;
 mod row;
 mod strokes;
 
+use magician_host::{Message, message};
+
 use super::content::points::{MCAP_MAGIC, is_strokes};
 use super::{Content, Parsed, ReadOptions, only_recordings};
 use crate::encoding::{Fallback, decode};
@@ -36,7 +38,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     let decoded = decode(bytes, Fallback::Western)?;
     let text = decoded.text.as_ref();
     let mut reading = match text.trim_start() {
-        "" => return Err(Diagnostic::of_file("the file has no points")),
+        "" => return Err(Diagnostic::of_file(message!("the file has no points"))),
         json if json.starts_with('{') => {
             only_recordings(options.resample)?;
             json::read(text)?
@@ -56,10 +58,14 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
 }
 
 /// Creates the diagnostic that a value is not a number.
-fn no_number(origin: Origin, what: &str, found: &str) -> Diagnostic {
+fn no_number(origin: Origin, what: Message, found: &str) -> Diagnostic {
     let found: String = found.chars().take(30).collect();
     Diagnostic::new(
         origin,
-        format!("{what} must be a number, and this is '{found}'"),
+        message!(
+            "{what} must be a number, and this is '{found}'",
+            what,
+            found
+        ),
     )
 }

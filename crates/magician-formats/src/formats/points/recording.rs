@@ -9,6 +9,7 @@
 //! catches up with longer segments.
 
 use magician_host::commands::CpParams;
+use magician_host::message;
 use magician_motion::{ArmModel, KinematicLimits, Pose};
 use magician_protocol::Flag;
 
@@ -68,13 +69,15 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
     let mut last = f64::NEG_INFINITY;
     for row in rows {
         if row.t < last {
-            let message = format!("the time goes back from {last} to {} s", row.t);
+            let message = message!("the time goes back from {last} to {t} s", last, t = row.t);
             return Err(Diagnostic::new(row.origin, message));
         }
         last = row.t;
     }
     let [Some(first), Some(end)] = [rows.first(), rows.last()] else {
-        return Err(Diagnostic::of_file("there are no rows in the recording"));
+        return Err(Diagnostic::of_file(message!(
+            "there are no rows in the recording"
+        )));
     };
     let (period, timed) = (PERIOD, timed(rows));
     let thinned = resample.map(|nearer| thinned(&timed, nearer));
@@ -100,23 +103,26 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
         }
     }
     replay.wait_until(end.t, end.origin);
-    let what = format!(
-        "a recording: replayed at its own speed, {:.1} s from its first pose",
-        end.t - first.t
+    let what = message!(
+        "a recording: replayed at its own speed, {seconds:.1} s from its first pose",
+        seconds = end.t - first.t
     );
     let mut notes = vec![Diagnostic::of_file(what).coded(DiagnosticCode::Assumed)];
     if let (Some(nearer), Some(thinned)) = (resample, &thinned) {
         let (left_out, all) = (rows.len() - thinned.len(), rows.len());
-        let what = format!(
+        let what = message!(
             "{left_out} of {all} points are left out: they are closer than {nearer} mm to the line; \
-                a step between the others still takes a period, so that the number of steps stays"
+                a step between the others still takes a period, so that the number of steps stays",
+            left_out,
+            all,
+            nearer
         );
         notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
     }
     if replay.turned > J4_TOLERANCE {
-        let what = format!(
-            "J4 turns by up to {:.0} degrees during a motion; a continuous path cannot turn it, so it turns at the end of the motion",
-            replay.turned
+        let what = message!(
+            "J4 turns by up to {degrees:.0} degrees during a motion; a continuous path cannot turn it, so it turns at the end of the motion",
+            degrees = replay.turned
         );
         notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Assumed));
     }
@@ -227,7 +233,7 @@ impl TimedPath {
         let count = ((last.t - first.t) / period).ceil();
         if count > MAX_PERIODS + PERIODS_PER_ROW * self.rows.len() as f64 {
             let time = last.t - first.t;
-            let message = format!("the recording takes {time:.0} s, which is too long");
+            let message = message!("the recording takes {time:.0} s, which is too long", time);
             return Err(Diagnostic::new(last.origin, message));
         }
         let times = (0..=count as u64).map(|nth| first.t + nth as f64 * period);

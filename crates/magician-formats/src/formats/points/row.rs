@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use magician_host::{Setting, SettingValue};
+use magician_host::{Message, Setting, SettingValue, message};
 
 use super::recording::Sample;
 use crate::formats::content::points::{Field, number};
@@ -63,16 +63,18 @@ impl Row {
         if text.is_empty() {
             return Ok(());
         }
-        let number = |what: &str| number(text).ok_or_else(|| super::no_number(origin, what, text));
+        let number = |what: fn() -> Message| {
+            number(text).ok_or_else(|| super::no_number(origin, what(), text))
+        };
         match field {
             Field::Place(axis) => {
-                let value = number("a coordinate")?;
+                let value = number(|| message!("a coordinate"))?;
                 if let Some(place) = self.place.get_mut(axis) {
                     *place = Some(value);
                 }
             }
             Field::End(axis) => {
-                let value = number("a coordinate")?;
+                let value = number(|| message!("a coordinate"))?;
                 if let Some(end) = self.end.get_mut(axis) {
                     *end = Some(value);
                 }
@@ -80,10 +82,13 @@ impl Row {
             Field::Style => self.style = Some((text.to_owned(), origin)),
             Field::Name => self.name = text.to_owned(),
             Field::Pause => {
-                let seconds = number("a pause")?;
+                let seconds = number(|| message!("a pause"))?;
                 if !(0.0..=MAX_PAUSE).contains(&seconds) {
-                    let message =
-                        format!("a pause must be 0 to {MAX_PAUSE} s, and this is {seconds}");
+                    let message = message!(
+                        "a pause must be 0 to {most} s, and this is {seconds}",
+                        most = MAX_PAUSE,
+                        seconds
+                    );
                     return Err(Diagnostic::new(origin, message));
                 }
                 self.pause = (f64::from(seconds) * 1000.0).round() as u32;
@@ -94,10 +99,10 @@ impl Row {
                     "1" | "1.0" | "open" => Grip::Open,
                     "2" | "2.0" | "close" | "closed" => Grip::Close,
                     _ => {
-                        let help = "0 is off, 1 open, 2 closed";
+                        let help = message!("0 is off, 1 open, 2 closed");
                         return Err(Diagnostic::new(
                             origin,
-                            format!("unknown gripper state '{}'", short(text)),
+                            message!("unknown gripper state '{state}'", state = short(text)),
                         )
                         .help(help));
                     }
@@ -108,23 +113,25 @@ impl Row {
                     "0" | "0.0" | "off" | "false" => false,
                     "1" | "1.0" | "on" | "true" => true,
                     _ => {
-                        let message = format!("unknown suction cup state '{}'", short(text));
-                        return Err(Diagnostic::new(origin, message).help("0 is off, 1 on"));
+                        let message =
+                            message!("unknown suction cup state '{state}'", state = short(text));
+                        let help = message!("0 is off, 1 on");
+                        return Err(Diagnostic::new(origin, message).help(help));
                     }
                 });
             }
             Field::Time | Field::J4 => {
                 let value = crate::encoding::number(text);
                 let value = value.ok_or_else(|| match field {
-                    Field::Time => super::no_number(origin, "a time", text),
-                    _ => super::no_number(origin, "an angle", text),
+                    Field::Time => super::no_number(origin, message!("a time"), text),
+                    _ => super::no_number(origin, message!("an angle"), text),
                 })?;
                 match field {
                     Field::Time => self.t = Some(value),
                     _ => self.j4 = Some(value),
                 }
             }
-            Field::Rail => self.rail = Some(number("a position on the rail")?),
+            Field::Rail => self.rail = Some(number(|| message!("a position on the rail"))?),
             Field::Speed | Field::Idle => {}
         }
         Ok(())
@@ -147,7 +154,11 @@ impl Row {
     }
 
     /// Returns the pose, or `None` if it has no coordinates.
-    fn pose(&self, place: [Option<f32>; 4], what: &str) -> Result<Option<[f32; 4]>, Diagnostic> {
+    fn pose(
+        &self,
+        place: [Option<f32>; 4],
+        what: fn() -> Message,
+    ) -> Result<Option<[f32; 4]>, Diagnostic> {
         match place {
             [None, None, None, _] => Ok(None),
             [Some(x), Some(y), Some(z), r] => Ok(Some([x, y, z, r.unwrap_or(0.0)])),
@@ -159,14 +170,14 @@ impl Row {
                 };
                 Err(Diagnostic::new(
                     self.origin,
-                    format!("{what} has no {missing}"),
+                    message!("{what} has no {missing}", what = what(), missing),
                 ))
             }
         }
     }
 
     fn motion(&self) -> Result<Option<Action>, Diagnostic> {
-        let Some(to) = self.pose(self.place, "the point")? else {
+        let Some(to) = self.pose(self.place, || message!("the point"))? else {
             return Ok(None);
         };
         let style = match &self.style {
@@ -182,9 +193,12 @@ impl Row {
                 return Ok(Some(Action::Path { to: [x, y, z] }));
             }
             Style::Arc => {
-                let end = self.pose(self.end, "the end of the arc")?.ok_or_else(|| {
-                    let diagnostic = Diagnostic::new(self.origin, "the arc has no end");
-                    diagnostic.help("x, y, z, r is a point on the arc, _X, _Y, _Z, _R its end")
+                let end = self.pose(self.end, || message!("the end of the arc"))?;
+                let end = end.ok_or_else(|| {
+                    let message = message!("the arc has no end");
+                    Diagnostic::new(self.origin, message).help(message!(
+                        "x, y, z, r is a point on the arc, _X, _Y, _Z, _R its end"
+                    ))
                 })?;
                 return Ok(Some(Action::Arc { via: to, to: end }));
             }
@@ -207,8 +221,9 @@ fn style(text: &str, origin: Origin) -> Result<Style, Diagnostic> {
         "arc" | "3" | "4" => Style::Arc,
         "path" | "cp" => Style::Path,
         _ => {
-            let message = format!("unknown motion style '{}'", short(text));
-            return Err(Diagnostic::new(origin, message).help("known are MOVJ, MOVL, JUMP and ARC"));
+            let message = message!("unknown motion style '{style}'", style = short(text));
+            let help = message!("known are MOVJ, MOVL, JUMP and ARC");
+            return Err(Diagnostic::new(origin, message).help(help));
         }
     })
 }
@@ -253,10 +268,11 @@ pub(super) fn plan(
         }
     }
     if plan.steps.is_empty() {
-        return Err(Diagnostic::of_file("the file has no points"));
+        return Err(Diagnostic::of_file(message!("the file has no points")));
     }
     if let [Some(_), Some(origin)] = uses {
-        let message = "this uses the suction cup, another point the gripper; the arm has one tool";
+        let message =
+            message!("this uses the suction cup, another point the gripper; the arm has one tool");
         return Err(Diagnostic::new(origin, message));
     }
     // With both columns, the tool is the one ever switched on; the other column is `off`
@@ -278,15 +294,18 @@ pub(super) fn plan(
     };
     plan.steps.retain(|step| !other(&step.action));
     if let Some(origin) = skipped {
-        let note = Diagnostic::new(origin, "rows without a position are left out");
+        let note = Diagnostic::new(origin, message!("rows without a position are left out"));
         notes.push(note.coded(DiagnosticCode::LeftOut));
     }
     if fields.contains(&Field::Speed) {
-        let what = "velocity and acceleration are ignored: in known files they held the pauses of \
-            a playback";
+        let what = message!(
+            "velocity and acceleration are ignored: in known files they held the pauses of a playback"
+        );
         let note = Diagnostic::of_file(what)
             .coded(DiagnosticCode::LeftOut)
-            .help("a pause is taken from a column 'Pause', in seconds")
+            .help(message!(
+                "a pause is taken from a column 'Pause', in seconds"
+            ))
             .remedy(
                 (Setting::SpeedRatio, SettingValue::Any("PERCENT")),
                 "says how fast",

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use magician_host::message;
+
 use crate::formats::content::points::numbers;
 use crate::{Action, Diagnostic, Lines, Parsed, Plan, Travel};
 
@@ -30,14 +32,19 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
         }
         let Some(corner) = numbers(line) else {
             let found: String = line.chars().take(30).collect();
-            let message = format!("a line of strokes must be x,y,z in mm, and this is '{found}'");
+            let message = message!(
+                "a line of strokes must be x,y,z in mm, and this is '{found}'",
+                found
+            );
             let diagnostic = Diagnostic::new(places.origin(range), message);
-            return Err(diagnostic.help("separate two strokes by an empty line"));
+            return Err(diagnostic.help(message!("separate two strokes by an empty line")));
         };
         stroke.push((corner, range));
     }
     put(&mut plan, &places, &stroke);
-    let what = "the coordinates are read as the arm's; the pen is lifted by 10 mm between strokes";
+    let what = message!(
+        "the coordinates are read as the arm's; the pen is lifted by 10 mm between strokes"
+    );
     Ok(Parsed {
         content: plan,
         notes: vec![Diagnostic::of_file(what)],

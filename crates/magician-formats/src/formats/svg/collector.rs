@@ -20,7 +20,7 @@ use super::notes::Notes;
 use super::source::Element;
 use super::text::LaidFonts;
 use super::white::Whites;
-use crate::artwork::{Layer, Style, numbered};
+use crate::artwork::{Layer, Style, index_or_push};
 use crate::fill::{Area, FillRule, Region as Shapes};
 use crate::formats::Fills;
 use crate::{Color, Diagnostic, DiagnosticCode, ReadOptions, Stroke};
@@ -402,7 +402,7 @@ impl<'a> StrokeCollector<'a> {
         let color = match paint {
             Some(Paint::Color(color)) => {
                 let color = Color([color.red, color.green, color.blue]);
-                numbered(&mut self.colors, &color)
+                index_or_push(&mut self.colors, &color)
             }
             _ => 0,
         };
@@ -413,7 +413,7 @@ impl<'a> StrokeCollector<'a> {
             .and_then(|at| self.source.get(at));
         let layer = match self.source {
             [] => 0,
-            _ => numbered(&mut self.layers, layer.unwrap_or(&outside)),
+            _ => index_or_push(&mut self.layers, layer.unwrap_or(&outside)),
         };
         Style {
             layer,

@@ -116,7 +116,7 @@ impl<'a> Ids<'a> {
             value("transform").filter(|value| !value.is_empty() && *value != "none")
             && Transform::from_str(transform).is_err()
         {
-            remarks.push(cannot_be_read(
+            remarks.push(unreadable_value(
                 "transform",
                 transform,
                 message!("it is left out"),
@@ -126,7 +126,7 @@ impl<'a> Ids<'a> {
             let Some(length) = value(name) else { continue };
             let automatic = ["rx", "ry"].contains(name) && length == "auto";
             if !automatic && Length::from_str(length).is_err() {
-                remarks.push(cannot_be_read(
+                remarks.push(unreadable_value(
                     name,
                     length,
                     message!("the shape is drawn without it, or not at all"),
@@ -139,7 +139,7 @@ impl<'a> Ids<'a> {
                 if data.is_empty() && value("style").is_none_or(|style| !style.contains("d:")) {
                     remarks.push(message!("a path without data (d) is left out"));
                 } else if PathParser::from(data).any(|segment| segment.is_err()) {
-                    remarks.push(cannot_be_read(
+                    remarks.push(unreadable_value(
                         "d",
                         data,
                         message!("the path is drawn up to the first flaw"),
@@ -150,7 +150,7 @@ impl<'a> Ids<'a> {
                 let points = value("points").unwrap_or_default();
                 let numbers: Result<Vec<f64>, _> = NumberListParser::from(points).collect();
                 match numbers {
-                    Err(_) => remarks.push(cannot_be_read(
+                    Err(_) => remarks.push(unreadable_value(
                         "points",
                         points,
                         message!("the shape is drawn up to the first flaw"),
@@ -230,7 +230,7 @@ fn lengths(tag: &str) -> &'static [&'static str] {
     }
 }
 
-fn cannot_be_read(name: &str, value: &str, what: Message) -> Message {
+fn unreadable_value(name: &str, value: &str, what: Message) -> Message {
     let shown: String = value.chars().take(40).collect();
     let more = if shown.len() < value.len() { ".." } else { "" };
     let shown = format!("{shown}{more}");

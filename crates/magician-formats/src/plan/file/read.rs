@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::fmt::Display;
 use std::str::FromStr;
 
+use magician_host::{Message, message};
 use magician_protocol::{MAX_PARAMS, ParseError, Row, Set, Writer, encode_text};
 
 use super::write::{grip_name, travel};
@@ -47,8 +47,9 @@ pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
         }
     }
     let steps = steps.ok_or_else(|| {
-        Diagnostic::of_file("there are no steps")
-            .help("a plan has '\"steps\":[', one step on each line, ']'")
+        Diagnostic::of_file(message!("there are no steps")).help(message!(
+            "a plan has '\"steps\":[', one step on each line, ']'"
+        ))
     })?;
     let mut reader = StepReader {
         json: &json,
@@ -64,29 +65,38 @@ pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
 /// version.
 fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<u32, Diagnostic> {
     let find = |key: &str| file.iter().find(|member| member.key == key);
-    let help = format!("a plan begins with {{\"format\":\"{FORMAT}\",\"version\":{VERSION},");
+    let help = message!(
+        "a plan begins with {begin}",
+        begin = format!("{{\"format\":\"{FORMAT}\",\"version\":{VERSION},")
+    );
     let Some(format) = find("format") else {
-        return Err(Diagnostic::of_file("it is not marked as a plan").help(help));
+        return Err(Diagnostic::of_file(message!("it is not marked as a plan")).help(help));
     };
     if json.string(format.value)? != FORMAT {
-        let message = format!("this is {}, not \"{FORMAT}\"", format.value);
+        let message = message!(
+            "this is {found}, not \"{wanted}\"",
+            found = format.value,
+            wanted = FORMAT
+        );
         return Err(json.diagnostic(format.value, message).help(help));
     }
     let Some(version) = find("version") else {
         return Err(json
-            .diagnostic(format.value, "it has no version")
+            .diagnostic(format.value, message!("it has no version"))
             .help(help));
     };
-    let number: u32 = json.number(version.value, "a whole number")?;
+    let number: u32 = json.number(version.value, || message!("a whole number"))?;
     if !(VERSION..=VERSION_WITH_PARTS).contains(&number) {
-        let message = format!(
-            "this is a plan of version {number}; only versions {VERSION} and {VERSION_WITH_PARTS} are \
-                known here"
+        let message = message!(
+            "this is a plan of version {number}; only versions {first} and {last} are known here",
+            number,
+            first = VERSION,
+            last = VERSION_WITH_PARTS
         );
         let help = if number > VERSION_WITH_PARTS {
-            "a newer release of this program may read it"
+            message!("a newer release of this program may read it")
         } else {
-            "versions count from 1"
+            message!("versions count from 1")
         };
         return Err(json.diagnostic(version.value, message).help(help));
     }
@@ -106,9 +116,12 @@ fn tool(json: &Json<'_>, value: &str) -> Result<Option<Tool>, Diagnostic> {
         Some((_, tool)) => Ok(Some(*tool)),
         None => {
             let names = Tool::NAMED_TOOLS.map(|(name, _)| name).join(", ");
-            let help = format!("a tool is one of {names}, or its bias as [x,y,z] in mm");
+            let help = message!(
+                "a tool is one of {names}, or its bias as [x,y,z] in mm",
+                names
+            );
             Err(json
-                .diagnostic(value, format!("unknown tool {value}"))
+                .diagnostic(value, message!("unknown tool {name}", name = value))
                 .help(help))
         }
     }
@@ -129,7 +142,7 @@ fn surface(json: &Json<'_>, value: &str) -> Result<Option<Surface>, Diagnostic> 
     }
     match height {
         Some(height) => Ok(Some(Surface { height, slope })),
-        None => Err(json.diagnostic(value, "the surface has no 'height'")),
+        None => Err(json.diagnostic(value, message!("the surface has no 'height'"))),
     }
 }
 
@@ -140,7 +153,11 @@ fn float<T: FromStr + Into<f64> + Copy>(
     value: &str,
 ) -> Result<T, Diagnostic> {
     let wrong = || {
-        let message = format!("'{key}' takes a number, not {}", shortened(value));
+        let message = message!(
+            "'{name}' takes a number, not {value}",
+            name = key,
+            value = shortened(value)
+        );
         json.diagnostic(value, message)
     };
     let named = matches!(value, "\"NaN\"" | "\"inf\"" | "\"-inf\"");
@@ -166,12 +183,15 @@ fn numbers<T, const N: usize>(
 where
     T: FromStr + Into<f64> + Copy + Default,
 {
-    let wrong = |found: &dyn Display| {
-        let message = format!("'{key}' takes {N} numbers, {what}, and {found}");
-        json.diagnostic(value, message)
-    };
+    let wrong = |message: Message| json.diagnostic(value, message);
     if !value.starts_with('[') {
-        return Err(wrong(&format_args!("this is {}", shortened(value))));
+        return Err(wrong(message!(
+            "'{name}' takes {n} numbers, {what}, and this is {found}",
+            name = key,
+            n = N,
+            what,
+            found = shortened(value)
+        )));
     }
     let mut list = [T::default(); N];
     let mut count = 0;
@@ -184,8 +204,19 @@ where
     })?;
     match count {
         count if count == N => Ok(list),
-        1 => Err(wrong(&"this is 1")),
-        count => Err(wrong(&format_args!("these are {count}"))),
+        1 => Err(wrong(message!(
+            "'{name}' takes {n} numbers, {what}, and this is 1",
+            name = key,
+            n = N,
+            what
+        ))),
+        count => Err(wrong(message!(
+            "'{name}' takes {n} numbers, {what}, and these are {count}",
+            name = key,
+            n = N,
+            what,
+            count
+        ))),
     }
 }
 
@@ -226,15 +257,17 @@ impl<'t> StepReader<'_, 't> {
 
     fn place(&self, value: &str) -> Result<[u32; 3], Diagnostic> {
         let mut place = Vec::new();
-        let what = "a whole number; 'at' is [line, column, length]";
+        let what = || message!("a whole number; 'at' is [line, column, length]");
         self.json.each(value, |item| {
             place.push(self.json.number(item, what)?);
             Ok(())
         })?;
         let count = place.len();
         place.try_into().map_err(|_| {
-            let message =
-                format!("'at' takes 3 whole numbers, line, column, length, and has {count}");
+            let message = message!(
+                "'at' takes 3 whole numbers, line, column, length, and has {count}",
+                count
+            );
             self.json.diagnostic(value, message)
         })
     }
@@ -242,7 +275,8 @@ impl<'t> StepReader<'_, 't> {
     /// Returns the index of the name plus 1, as [`Origin`] stores it.
     fn name(&mut self, value: &str) -> Result<u32, Diagnostic> {
         if !value.starts_with('"') {
-            return self.json.number(value, "a name, or its number in 'names'");
+            let what = || message!("a name, or its number in 'names'");
+            return self.json.number(value, what);
         }
         let name = self.json.string(value)?;
         let index = match self.names.get(&*name) {
@@ -261,16 +295,20 @@ impl<'t> StepReader<'_, 't> {
         let mut actions = members.iter().filter(|member| is_action(&member.key));
         let (first, second) = (actions.next(), actions.next());
         let Some(first) = first else {
-            let message = "this step has no action";
+            let names = Action::NAMES.join(", ");
             return Err(json
-                .diagnostic(step, message)
-                .help(format!("a step is one of {}", Action::NAMES.join(", "))));
+                .diagnostic(step, message!("this step has no action"))
+                .help(message!("a step is one of {names}", names)));
         };
         if let Some(second) = second {
-            let message = format!("'{}' and '{}' in one step", first.key, second.key);
+            let message = message!(
+                "'{name}' and '{other}' in one step",
+                name = first.key,
+                other = second.key
+            );
             return Err(json
                 .diagnostic(step, message)
-                .help("make two steps of them"));
+                .help(message!("make two steps of them")));
         }
         let at = members
             .iter()
@@ -324,13 +362,16 @@ impl<'t> StepReader<'_, 't> {
                 if json.boolean(value)? {
                     Action::Home
                 } else {
-                    return Err(
-                        json.diagnostic(value, "'home' takes true; remove the step instead")
-                    );
+                    let message = message!("'home' takes true; remove the step instead");
+                    return Err(json.diagnostic(value, message));
                 }
             }
             "part" | "pause" if self.version < VERSION_WITH_PARTS => {
-                let message = format!("a '{key}' needs a plan of version {VERSION_WITH_PARTS}");
+                let message = message!(
+                    "a '{name}' needs a plan of version {version}",
+                    name = key,
+                    version = VERSION_WITH_PARTS
+                );
                 return Err(json.diagnostic(value, message));
             }
             "part" => Action::Part(Box::new(part(json, value)?)),
@@ -344,7 +385,10 @@ impl<'t> StepReader<'_, 't> {
             _ => command(json, value, beside.take("values"))?,
         };
         match beside.members.first() {
-            Some(member) => Err(json.unknown(member, &format!("{}, at, name", beside.known()))),
+            Some(member) => {
+                let known = message!("{known}, at, name", known = beside.known());
+                Err(json.unknown(member, known))
+            }
             None => Ok(action),
         }
     }
@@ -369,9 +413,11 @@ impl<'t> StepMembers<'_, 't> {
     }
 
     fn needed(&mut self, key: &str) -> Result<&'t str, Diagnostic> {
-        let message = format!("'{}' needs '{key}' beside it", self.key);
-        let diagnostic = self.json.diagnostic(self.value, message);
-        self.take(key).ok_or(diagnostic)
+        let taken = self.take(key);
+        taken.ok_or_else(|| {
+            let message = message!("'{name}' needs '{key}' beside it", name = self.key, key);
+            self.json.diagnostic(self.value, message)
+        })
     }
 
     fn travel(&mut self, allowed: &[Travel]) -> Result<Travel, Diagnostic> {
@@ -382,8 +428,8 @@ impl<'t> StepMembers<'_, 't> {
         self.json.one_of(value, &named)
     }
 
-    fn known(&self) -> &'static str {
-        match self.key {
+    fn known(&self) -> Message {
+        let names = match self.key {
             "move" => "move, by",
             "joints" => "joints, by",
             "shift" => "shift, by",
@@ -391,15 +437,16 @@ impl<'t> StepMembers<'_, 't> {
             "burn" => "burn, power",
             "command" => "command, values",
             "pause" => "pause, reason",
-            _ => "the action itself",
-        }
+            _ => return message!("the action itself"),
+        };
+        names.into()
     }
 }
 
 /// Parses the start of a part.
 fn part<'t>(json: &Json<'t>, value: &'t str) -> Result<Part, Diagnostic> {
     let mut part = Part::default();
-    let what = "a whole number from 1";
+    let what = || message!("a whole number from 1");
     for member in json.object(value)? {
         let value = member.value;
         match &*member.key {
@@ -408,15 +455,21 @@ fn part<'t>(json: &Json<'t>, value: &'t str) -> Result<Part, Diagnostic> {
             "name" | "color" if value == "null" => {}
             "name" => part.name = Some(json.string(value)?.into_owned()),
             "color" => {
-                let color = json.string(value)?.parse();
-                let color = color.map_err(|error: String| json.diagnostic(value, error))?;
+                let text = json.string(value)?;
+                let color = text.parse().map_err(|_| {
+                    let message = message!(
+                        "'{text}' is not a colour: expected #rrggbb or a name of CSS",
+                        text
+                    );
+                    json.diagnostic(value, message)
+                })?;
                 part.color = Some(color);
             }
             _ => return Err(json.unknown(&member, "n, name, color, pass")),
         }
     }
     if part.n == 0 || part.pass == Some(0) {
-        return Err(json.diagnostic(value, "parts and passes count from 1"));
+        return Err(json.diagnostic(value, message!("parts and passes count from 1")));
     }
     Ok(part)
 }
@@ -428,9 +481,9 @@ fn wait(json: &Json<'_>, value: &str) -> Result<u32, Diagnostic> {
     let whole = milliseconds.round();
     // Negated, so that NaN is refused too.
     if !((0.0..=f64::from(u32::MAX)).contains(&whole) && (milliseconds - whole).abs() < 1e-4) {
-        let message = format!(
-            "'wait' takes seconds, 0 to 4294967.295 in whole ms, not {}",
-            shortened(value)
+        let message = message!(
+            "'wait' takes seconds, 0 to 4294967.295 in whole ms, not {value}",
+            value = shortened(value)
         );
         return Err(json.diagnostic(value, message));
     }
@@ -441,12 +494,15 @@ fn wait(json: &Json<'_>, value: &str) -> Result<u32, Diagnostic> {
 fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, Diagnostic> {
     let called = json.string(name)?;
     let row = Row::find_writable(&called).map_err(|_| {
-        let message = format!("unknown command {} to set", shortened(name));
+        let message = message!("unknown command {name} to set", name = shortened(name));
         json.diagnostic(name, message)
             .remedy(magician_host::Action::ListCommands, "lists them")
     })?;
     let layout = row.set.filter(|_| row.queueable).ok_or_else(|| {
-        let message = format!("'{}' cannot be queued, so it cannot be a step", row.name);
+        let message = message!(
+            "'{name}' cannot be queued, so it cannot be a step",
+            name = row.name
+        );
         json.diagnostic(name, message)
     })?;
     let members = values.map_or(Ok(Vec::new()), |values| json.object(values))?;
@@ -470,7 +526,8 @@ fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, 
             _ => about.is_some() && layout.field(&member.key) == about,
         });
         let place = member.map_or(values.unwrap_or(name), |member| member.value);
-        json.diagnostic(place, format!("{}: {error}", row.name))
+        let error = error.to_string();
+        json.diagnostic(place, message!("{name}: {error}", name = row.name, error))
     })?;
     let count = writer
         .finish()
@@ -503,7 +560,8 @@ fn item<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic>
     match value.as_bytes().first() {
         Some(b'"') => json.string(value),
         Some(b'[' | b'{') => {
-            Err(json.diagnostic(value, "expected a number, a string or a list of them"))
+            let message = message!("expected a number, a string or a list of them");
+            Err(json.diagnostic(value, message))
         }
         _ => Ok(value.into()),
     }
@@ -518,10 +576,13 @@ fn output(json: &Json<'_>, value: &str) -> Result<String, Diagnostic> {
             "level" => &mut level,
             _ => return Err(json.unknown(&member, "ratio, address, level")),
         };
-        *slot = Some(json.number(member.value, "a whole number")?);
+        *slot = Some(json.number(member.value, || message!("a whole number"))?);
     }
     match (ratio, address, level) {
         (Some(ratio), Some(address), Some(level)) => Ok(format!("{ratio}:{address}:{level}")),
-        _ => Err(json.diagnostic(value, "an output has 'ratio', 'address' and 'level'")),
+        _ => {
+            let message = message!("an output has 'ratio', 'address' and 'level'");
+            Err(json.diagnostic(value, message))
+        }
     }
 }

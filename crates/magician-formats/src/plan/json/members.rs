@@ -54,7 +54,7 @@ impl<'t> Json<'t> {
         }
 
         if !value.starts_with('{') {
-            return Err(self.diagnostic(value, "expected an object, {..}"));
+            return Err(self.not_an_object(value));
         }
         let mut diagnostic = None;
         let members = Members {

@@ -1,4 +1,4 @@
-//! Tests of single entities, in words of codes and values.
+//! Tests of single entities, written as pairs of group code and value.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -49,8 +49,8 @@ fn ellipses_follow_their_axes() {
     for [x, y] in &whole {
         let (x, y) = (x - 1.0, y - 2.0);
         let along = (x * cos + y * sin) / 5.0;
-        let aside = (y * cos - x * sin) / 2.5;
-        assert!((libm::hypot(along, aside) - 1.0).abs() < 1e-9);
+        let across = (y * cos - x * sin) / 2.5;
+        assert!((libm::hypot(along, across) - 1.0).abs() < 1e-9);
     }
     let quarter = format!("0 ELLIPSE 10 0 20 0 11 4 21 0 40 0.5 41 0 42 {}", PI / 2.0);
     let points = entity(&quarter);
@@ -92,20 +92,20 @@ fn polylines_of_both_kinds_are_the_same() {
     let (strokes, notes) = entities(rising);
     assert_eq!(strokes[0].points, [[0.0, 0.0], [5.0, 0.0]]);
     assert!(notes[0].contains("seen from above"), "{notes:?}");
-    // Two triangles with a common edge, one edge of which is invisible; a mesh of two by two that
-    // closes.
+    // Two triangles with a common edge. An outer edge of the second one is hidden.
     let faces = "0 POLYLINE 70 64 0 VERTEX 70 192 10 0 20 0 0 VERTEX 70 192 10 9 20 0 0 VERTEX 70 192 10 9 20 9 \
         0 VERTEX 70 192 10 0 20 9 0 VERTEX 70 128 10 0 20 0 71 1 72 2 73 3 0 VERTEX 70 128 10 0 20 0 71 1 72 -3 73 4 0 SEQEND";
     let lines = entities(faces).0;
-    let long: f64 = lines.iter().map(Stroke::length).sum();
+    let total_length: f64 = lines.iter().map(Stroke::length).sum();
     assert!(
-        (long - (27.0 + 9.0 * 2.0_f64.sqrt())).abs() < 1e-9,
+        (total_length - (27.0 + 9.0 * 2.0_f64.sqrt())).abs() < 1e-9,
         "{lines:?}"
     );
+    // An open mesh of two by two vertices is a square.
     let mesh = "0 POLYLINE 70 16 71 2 72 2 0 VERTEX 70 64 10 0 20 0 0 VERTEX 70 64 10 0 20 9 \
         0 VERTEX 70 64 10 9 20 0 0 VERTEX 70 64 10 9 20 9 0 SEQEND";
-    let long: f64 = entities(mesh).0.iter().map(Stroke::length).sum();
-    assert!((long - 36.0).abs() < 1e-9);
+    let total_length: f64 = entities(mesh).0.iter().map(Stroke::length).sum();
+    assert!((total_length - 36.0).abs() < 1e-9);
     let (strokes, notes) = entities("0 POLYLINE 70 64 0 VERTEX 10 0 20 0 0 SEQEND 0 POLYLINE");
     assert_eq!((strokes.len(), notes.len()), (0, 2));
 }
@@ -147,7 +147,7 @@ fn splines_of_any_degree_and_knots_are_followed() {
         assert!(off.abs() < 3.0 * TOLERANCE, "{off}");
     }
 
-    // The axis of a helix follows its spline and is not a point of it.
+    // The axis of a helix is stored after its spline, and its points are not points of the spline.
     let helix = "71 2 40 0 40 0 40 0 40 1 40 1 40 1 10 0 20 0 10 50 20 100 10 100 20 0";
     let axis = "100 AcDbHelix 10 7 20 7 11 9 21 9 12 0 22 0 32 1 40 5 41 3";
     let followed = entity(&format!("0 HELIX 100 AcDbSpline {helix} {axis}"));
@@ -183,7 +183,7 @@ fn splines_of_any_degree_and_knots_are_followed() {
             .all(|[x, y]| (libm::hypot(*x, *y) - 10.0).abs() < 1e-9)
     );
 
-    for (odd, why) in [
+    for (invalid, why) in [
         ("0 SPLINE 71 3 11 5 21 5", "no control points"),
         ("0 SPLINE 71 0 10 0 20 0", "degree 0"),
         ("0 SPLINE 71 99 10 0 20 0", "degree 99"),
@@ -198,10 +198,10 @@ fn splines_of_any_degree_and_knots_are_followed() {
         ),
         ("0 SPLINE 71 1 41 0 41 1 10 0 20 0 10 1 20 1", "above 0"),
     ] {
-        let (strokes, notes) = entities(odd);
+        let (strokes, notes) = entities(invalid);
         assert!(
             strokes.is_empty() && notes[0].contains(why),
-            "{odd}: {notes:?}"
+            "{invalid}: {notes:?}"
         );
     }
 }
@@ -228,7 +228,7 @@ fn touching_lines_are_joined() {
         let points = strokes.into_iter().map(|stroke| stroke.points);
         points.collect::<Vec<_>>()
     };
-    // Some are reversed, and the first one is in the middle.
+    // Some lines are reversed, and the first one is in the middle of its chain.
     let open = "0 LINE 10 1 20 0 11 2 21 0 0 POINT 10 2 20 0 0 LINE 10 3 20 0 11 2 21 0 \
         0 LINE 10 0 20 5 11 1 21 0 0 LINE 8 other 10 0 20 5 11 0 21 9";
     assert_eq!(

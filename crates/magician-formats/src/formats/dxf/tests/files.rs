@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 
 /// True if the stroke is as long as the curve, less the shortening by chords within the tolerance.
-fn is_length(stroke: &Stroke, length: f64) -> bool {
+fn has_length(stroke: &Stroke, length: f64) -> bool {
     stroke.length() <= length + 1e-9 && stroke.length() > length * 0.999
 }
 
@@ -33,7 +33,7 @@ fn plate_sample_has_its_known_geometry() {
     assert!(artwork.strokes.len() > lengths.len());
     for (stroke, length) in artwork.strokes.iter().zip(lengths) {
         assert!(
-            length == 0.0 || is_length(stroke, length),
+            length == 0.0 || has_length(stroke, length),
             "{length} {stroke:?}"
         );
         let line = PLATE.lines().nth(stroke.origin.line as usize - 1).unwrap();
@@ -129,7 +129,7 @@ fn binary(wide: bool) -> Vec<u8> {
 }
 
 #[test]
-fn binary_files_are_the_same_without_lines() {
+fn binary_file_draws_the_same_strokes_without_line_numbers() {
     let (text, _) = drawn(PLATE.as_bytes());
     for wide in [false, true] {
         let (artwork, notes) = drawn(&binary(wide));
