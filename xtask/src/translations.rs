@@ -26,21 +26,19 @@ const CRATES: [&str; 6] = [
 
 /// Files and directories in which every diagnostic is a message: a plain text there would have no
 /// translation.
-const MESSAGE_ONLY_PATHS: [&str; 14] = [
-    "magician-formats/src/artwork",
-    "magician-formats/src/calibrate.rs",
-    "magician-formats/src/diagnostic.rs",
-    "magician-formats/src/encoding.rs",
-    "magician-formats/src/formats/image/mod.rs",
-    "magician-formats/src/formats/svg",
-    "magician-formats/src/lettering",
-    "magician-formats/src/gzip.rs",
-    "magician-formats/src/raster.rs",
-    "magician-formats/src/reach",
+const MESSAGE_ONLY_PATHS: [&str; 12] = [
+    "magician-formats/src",
+    "magician-host/src/build",
+    "magician-host/src/error",
     "magician-host/src/preflight",
-    "magician-job/src/report.rs",
-    "magician-job/src/touch.rs",
+    "magician-host/src/stream",
+    "magician-job/src",
     "magician-program/src",
+    "magician-station/src",
+    "magician/src/arm",
+    "magician/src/ports",
+    "magician/src/target.rs",
+    "magician/src/transport",
 ];
 
 /// Calls whose text is shown to people.

@@ -1,6 +1,6 @@
 //! Admission control: which connection gives way when a listener has too many.
 //!
-//! Anybody can connect to a listener and then send nothing, or a byte a second. A listener that
+//! Any peer can connect to a listener and then send nothing, or a byte a second. A listener that
 //! waits for such a connection locks out users who want to stop an arm. So places are earned by
 //! behaviour and not by order of arrival: a connection that has not sent a complete request is a
 //! *stranger*; strangers have few places, and the stranger silent for longest gives way to a new
@@ -82,9 +82,9 @@ enum Standing {
 struct Place {
     origin: Origin,
     standing: Standing,
-    /// Instant at which it got this standing; for a claim, when it was last heard.
+    /// Instant at which it got this standing or was last heard, whichever is later.
     since: HostInstant,
-    /// Order of arrival, for places of one instant.
+    /// Order of arrival, which breaks ties between equal instants.
     arrival: u64,
 }
 
@@ -94,7 +94,7 @@ impl Place {
     }
 }
 
-/// Order in which connections give way: silent ones first, the oldest of these first.
+/// Sort key of the order in which connections give way: by standing, silent first, then the oldest.
 fn yields_first<K>((_, place): &(&K, &Place)) -> (Standing, HostInstant, u64) {
     (place.standing, place.since, place.arrival)
 }
@@ -158,11 +158,11 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         self.place_for(now, origin, None).is_ok()
     }
 
-    /// Earliest instant at which [`open`](Self::open) for this origin takes no place from a
-    /// connection that got its standing less than `grace` ago. `None` if that is now.
+    /// Instant at which the stranger that [`open`](Self::open) for this origin would displace has
+    /// had `grace` since it got its standing. `None` if that is past, or if a place is free.
     ///
-    /// A listener that waits until then lets each connection identify itself, however fast others
-    /// come.
+    /// A listener that waits until then gives each connection time to identify itself, however fast
+    /// others arrive.
     #[must_use]
     pub fn opens_at(
         &self,
@@ -179,7 +179,8 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     }
 
     /// Adds a new connection. Returns the connection that gives way to it: the stranger of the same
-    /// origin that has been silent longest or, if none is silent, the one whose request came first.
+    /// origin that has been silent longest or, if none is silent, the one whose last request is
+    /// oldest.
     #[must_use = "what gives way is to be closed"]
     pub fn open(&mut self, now: HostInstant, key: K, origin: Origin) -> Option<K> {
         // Two connections may arrive at the same instant, so their order is counted.
@@ -194,8 +195,8 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         self.make_room(origin, key)
     }
 
-    /// Notes that a connection has sent a complete request. A stranger stays one; a claim is no
-    /// longer idle.
+    /// Notes that a connection has sent a complete request. A stranger stays a stranger; a claim is
+    /// no longer idle.
     pub fn heard(&mut self, now: HostInstant, key: K) {
         if let Some(place) = self.places.get_mut(&key) {
             place.since = now;
@@ -204,16 +205,16 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         }
     }
 
-    /// Notes that a connection has shown a claim while its request is incomplete or its reply not
-    /// taken.
+    /// Notes that a connection has shown a claim while its request or its reply is still being
+    /// transferred.
     ///
     /// Until [`claim`](Self::claim) it gives way to other claims, the oldest first. Returns the
     /// connection that gives way to it.
     #[must_use = "what gives way is to be closed"]
     pub fn begin(&mut self, now: HostInstant, key: K) -> Option<K> {
         let origin = self.places.get(&key)?.origin;
-        // With all places in use an older slow or idle claim gives way; without such a claim this
-        // request waits beside the places.
+        // With all places in use an older slow or idle claim gives way; without one, this claim
+        // exceeds the limit.
         let gone = if self.is_full(origin, [Some(key), None]) {
             self.yielding(now, origin, Some(key))
         } else {
@@ -301,7 +302,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
             Origin::Loopback => self.limits.loopback_strangers,
             Origin::Elsewhere => self.limits.strangers,
         };
-        // Without a place for strangers nobody could ever show a claim.
+        // Without a place for strangers no connection could ever show a claim.
         most.max(1)
     }
 
@@ -318,7 +319,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
     /// Largest number of claims from elsewhere.
     fn most_elsewhere(&self) -> usize {
         let limits = self.limits;
-        // Saturates for a listener that keeps more places than it has.
+        // Saturates for a listener that reserves more places for loopback than it has.
         limits.claims.saturating_sub(limits.kept_for_loopback)
     }
 
@@ -329,7 +330,8 @@ impl<K: Copy + Ord> AdmissionTable<K> {
         is_beyond || self.claims(but).count() >= self.limits.claims
     }
 
-    /// Finds a place for the claim of a connection: free (`None`), or that of the claim returned.
+    /// Finds a place for the claim of connection `of`. Returns `None` if one is free, otherwise the
+    /// claim that gives way.
     fn place_for(
         &self,
         now: HostInstant,
@@ -340,8 +342,7 @@ impl<K: Copy + Ord> AdmissionTable<K> {
             return Ok(None);
         }
         let gone = self.yielding(now, origin, of);
-        // A request that begins while all places are in use exceeds them, so its end frees no
-        // place.
+        // A claim that exceeds the limit (see `begin`) frees no place when it gives way.
         if gone.is_some() && !self.is_full(origin, [of, gone]) {
             Ok(gone)
         } else {

@@ -99,7 +99,7 @@ mod tests {
     /// [`frame_burns`] does not decode a command whose row says that it cannot burn, so the rows
     /// must be right.
     #[test]
-    fn the_table_knows_what_may_burn() {
+    fn table_marks_commands_that_may_burn() {
         use magician_protocol::commands::TABLE;
         let may: Vec<u8> = TABLE
             .iter()
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_burns_by_what_it_does_to_laser_and_pins() {
+    fn command_burns_if_it_lights_laser_or_raises_laser_pin() {
         for (command, with_pins, without) in table() {
             assert_eq!(burns(&command, true), with_pins, "{command:?}");
             assert_eq!(burns(&command, false), without, "{command:?}");
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_burns_as_its_command_does_queued_or_not() {
+    fn frame_burns_like_its_command_immediate_or_queued() {
         for (command, with_pins, without) in table() {
             for ctrl in [Ctrl::SET, Ctrl::QUEUED] {
                 let frame = FrameBuf::set(&command, ctrl).unwrap();
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_could_burn_and_cannot_be_read_burns() {
+    fn undecodable_command_that_may_burn_burns() {
         for (command, ..) in table() {
             let id = command.row().id;
             let frame = FrameBuf::new(id, Ctrl::SET, &[1]).unwrap();
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_queue_is_let_go_by_its_start_and_by_clearing_alarms() {
+    fn start_and_clear_alarms_release_queue() {
         let releases = |id, ctrl| {
             let frame = FrameBuf::new(id, ctrl, &[]).unwrap();
             frame_releases_queue(&frame.frame())

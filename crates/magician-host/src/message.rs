@@ -1,8 +1,8 @@
 //! Sentences for people, each kept with its template and values, so that front ends can translate
 //! it.
 //!
-//! The English template is the identity of a sentence: a translation is looked up by it and filled
-//! with the values. So every sentence is written once, where its facts are known, and no front end
+//! The English template is the key of a sentence: front ends look up the translation by it and fill
+//! in the values. So every sentence is written once, where its facts are known, and no front end
 //! parses text.
 
 use std::borrow::Cow;
@@ -11,8 +11,8 @@ use std::ops::Deref;
 
 use crate::{Error, Setting};
 
-/// A sentence for people. [`message!`](macro@crate::message) makes one from a template and values; a
-/// message from plain text has no template and is the same in every language.
+/// A sentence for people. [`message!`](macro@crate::message) makes one from a template and values.
+/// A message from plain text has no template and is the same in every language.
 ///
 /// ```
 /// use magician_host::message;
@@ -74,8 +74,8 @@ impl Message {
         &self.0.text
     }
 
-    /// English text with names in braces in place of values: the identity of the sentence. `None`
-    /// for a text without a template.
+    /// English text with names in braces in place of values: the key for translations. `None` for a
+    /// text without a template.
     #[must_use]
     pub fn template(&self) -> Option<Cow<'_, str>> {
         let template = &self.0.template;
@@ -148,7 +148,7 @@ printed!(
     f32, f64, i8, i16, i32, i64, isize, u8, u16, u32, u64, usize, u128, char
 );
 
-/// Text is never truncated to a number of characters.
+/// Types printed as text. Decimals are ignored: as a precision they would truncate the text.
 macro_rules! quoted {
     ($($kind:ty),*) => {$(
         impl ToMessageValue for $kind {
@@ -177,7 +177,7 @@ impl ToMessageValue for Message {
     }
 }
 
-/// The sentence of the error; `Display` puts the command before it.
+/// The sentence of the error, without the command that `Display` puts before it.
 impl ToMessageValue for Error {
     fn to_message_value(&self, decimals: Option<usize>) -> MessageValue {
         self.sentence().to_message_value(decimals)
@@ -263,6 +263,8 @@ impl PartialEq for Message {
         self.as_str() == other.as_str()
     }
 }
+
+impl Eq for Message {}
 
 impl PartialEq<str> for Message {
     fn eq(&self, other: &str) -> bool {

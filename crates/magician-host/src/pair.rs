@@ -34,7 +34,7 @@ impl Line {
         }
     }
 
-    /// Sets the faults from now on. What is under way arrives as before.
+    /// Sets the faults from now on. Bytes under way arrive as before.
     fn set_faults(&mut self, now: Micros, faults: Faults, seed: u64) {
         let mut old = std::mem::replace(&mut self.injector, Injector::new(faults, seed));
         while let Some(at) = old.poll_timeout() {
@@ -50,7 +50,7 @@ impl Line {
         }
     }
 
-    /// Takes out what has passed, or another event of the line. `None` if there is nothing.
+    /// Returns bytes that have passed, or another event of the line. `None` if there is nothing.
     fn take(&mut self, now: Micros) -> Option<Passed> {
         while let Some(passed) = self.injector.poll(now) {
             match passed {
@@ -128,9 +128,10 @@ pub struct Pair {
     pub results: HashMap<Ticket, Result<FrameBuf, Failure>>,
     /// Number of resets that the host noticed.
     pub resets: u32,
-    /// Number of times that the host noticed commands that it had not sent, or sent once.
+    /// Number of [`Event::Unaccounted`]: times that the host noticed commands in the queue that it
+    /// had not sent, or second copies of its own.
     pub unaccounted: u32,
-    /// Intervals of their indices, until they are taken.
+    /// First and last index of each [`Event::Unaccounted`], until a test takes them.
     pub reports: Vec<(u64, u64)>,
     standing: u32,
     /// Hash of all bytes that the host sent and received, with their times: equal for equal seeds.
@@ -277,7 +278,7 @@ impl Pair {
         {
             self.accepted.push((view.params().to_vec(), index));
         }
-        // Executed but unanswered commands are what a host finds hardest.
+        // A command that was executed but not answered is the hardest case for a host.
         if !self.mute && !self.unplugged {
             self.to_host.put(self.now, reply.bytes());
         }
@@ -374,7 +375,7 @@ impl Pair {
         self.now = next.max(self.now);
         // Time first, then bytes and timers, as for a real arm.
         self.arm.advance(self.arm_clock());
-        // The arm drops half a frame after a silence, too (errata E04).
+        // The arm, too, drops a partial frame after a silence (errata E04).
         if self.arm_expires().is_some_and(|at| at <= self.now) {
             self.arm_ear.expire();
             self.arm_hears(&[]);

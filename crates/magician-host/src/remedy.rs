@@ -41,7 +41,7 @@ impl Remedy {
     }
 }
 
-/// An act of a person.
+/// An act recommended to the user.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Act {
@@ -220,23 +220,23 @@ named! {
         AllowLaser = "allow_laser",
         /// Position of the centre, mm.
         At = "at",
-        /// Cut off what lies outside the page.
+        /// Clip a drawing to its page.
         ClipPage = "clip_page",
-        /// Part of an image that is kept, pixels.
+        /// Area of an image to keep, pixels.
         Crop = "crop",
-        /// Draw once what is there twice.
+        /// Draw duplicate lines only once.
         Dedupe = "dedupe",
         /// Treatment of depths below the surface.
         Depths = "depths",
-        /// The size of specks, mm.
+        /// Largest size of spots in an image to remove, mm.
         Despeckle = "despeckle",
         /// Dialect of G-code.
         Dialect = "dialect",
-        /// Make it as large as fits.
+        /// Shrink the artwork until it is within the arm's reach and on the page.
         Fit = "fit",
-        /// Lines that fill shapes.
+        /// Pattern of the lines that fill shapes.
         Fill = "fill",
-        /// Distance of the lines that fill a shape, mm.
+        /// Spacing of the fill lines, mm.
         FillSpacing = "fill_spacing",
         /// The parts that are drawn.
         Only = "only",
@@ -248,47 +248,47 @@ named! {
         Pens = "pens",
         /// The font of text.
         Font = "font",
-        /// Power of the laser on a frame, percent.
+        /// Laser power while tracing a frame, percent.
         FramePower = "frame_power",
-        /// Burn what is white.
+        /// Draw or burn the white areas of an image instead of the black ones.
         Invert = "invert",
-        /// Run what waits in the queue first.
+        /// Run the commands waiting in the queue first.
         Keep = "keep",
         /// Number of repetitions.
         Loops = "loops",
-        /// Draw in the best order.
+        /// Reorder lines for the shortest travel.
         Order = "order",
-        /// Run-up of the tool to the lines of an image, mm.
+        /// Run-up and run-out of the tool at the ends of a line, mm.
         Overscan = "overscan",
         /// Width of the line that the pen draws, mm.
         PenWidth = "pen_width",
-        /// The Z at which the pen of G-code touches, mm.
+        /// Z at which the pen touches the surface in placed G-code, mm.
         PenZ = "pen_z",
-        /// Place G-code.
+        /// Place a program, such as G-code, like a drawing.
         Place = "place",
         /// Port of the arm.
         Port = "port",
-        /// Full power, percent.
+        /// Full laser power, percent.
         Power = "power",
-        /// Take the coordinates as the arm's.
+        /// Use the coordinates of the file as arm coordinates.
         Raw = "raw",
-        /// The least distance of points, mm.
+        /// Tolerance of simplifying a recording, mm.
         Resample = "resample",
-        /// Go on where an earlier run ended.
+        /// Continue where an earlier run ended.
         Resume = "resume",
-        /// Turn it, degrees.
+        /// Counter-clockwise rotation, degrees.
         Rotate = "rotate",
-        /// The S of full power.
+        /// Value of S for full laser power in G-code.
         SMax = "s_max",
-        /// Factor of the size.
+        /// Scale factor.
         Scale = "scale",
         /// Height of a capital, mm.
         Size = "size",
-        /// Distance between the lines of an image, mm.
+        /// Spacing of the lines or dots of an image, mm.
         Spacing = "spacing",
-        /// The speed, mm/s.
+        /// Speed while drawing or burning, mm/s.
         Speed = "speed",
-        /// The speed, percent.
+        /// Speed ratio of point-to-point moves, percent.
         SpeedRatio = "speed_ratio",
         /// Position of the tool at the beginning of the program, mm.
         Start = "start",
@@ -300,19 +300,19 @@ named! {
         Tolerance = "tolerance",
         /// The mounted tool.
         Tool = "tool",
-        /// Try what the arm's queue counts.
+        /// Test the indices and free places that the arm's queue reports.
         TryQueue = "try_queue",
-        /// Turn it by 90 degrees where that lets it be larger.
+        /// Rotate the artwork by 90 degrees if it fits better.
         Turn = "turn",
-        /// Go on although the arm was not homed.
+        /// Continue although the arm was not homed.
         Unhomed = "unhomed",
         /// Treatment of white strokes.
         White = "white",
         /// Width of the result, mm.
         Width = "width",
-        /// Number of requests that go out at once.
+        /// Largest number of requests in flight.
         Window = "window",
-        /// The width that lines of text are broken at, mm.
+        /// Width at which text wraps, mm.
         Wrap = "wrap",
     }
 }

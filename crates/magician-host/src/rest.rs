@@ -105,8 +105,8 @@ mod tests {
         }
     }
 
-    /// Positions of an axis that reverses: the speed falls by one step per period of 20 ms, through
-    /// zero or past it.
+    /// Positions of an axis that reverses: the speed falls by one step per period of 20 ms, and is
+    /// zero for one period only if `passes_zero`.
     fn turning(now: Micros, passes_zero: bool) -> f32 {
         let period = (now / PERIOD) as i32;
         let half = if passes_zero { 0 } else { 1 };

@@ -1,4 +1,5 @@
-//! Admission: whatever strangers do, a claim keeps its place, and so does loopback.
+//! Admission: strangers never displace a claim, and strangers from elsewhere never displace a
+//! connection from loopback.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -19,7 +20,7 @@ const LIMITS: AdmissionLimits = AdmissionLimits {
 
 /// Standing of a connection according to the test's own bookkeeping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Known {
+enum Standing {
     Stranger,
     Slow,
     Served,
@@ -49,15 +50,15 @@ fn event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// A table, with the test's account of places.
-struct Hall {
+/// Admission table under test, with the expected standing of each connection.
+struct AdmissionRig {
     table: AdmissionTable<u32>,
-    present: BTreeMap<u32, (Origin, Known)>,
+    present: BTreeMap<u32, (Origin, Standing)>,
     next: u32,
     now: HostInstant,
 }
 
-impl Hall {
+impl AdmissionRig {
     fn new(limits: AdmissionLimits) -> Self {
         Self {
             table: AdmissionTable::new(limits),
@@ -72,20 +73,20 @@ impl Hall {
         self.present.keys().nth(at % count).copied()
     }
 
-    fn is_known(&mut self, key: u32, known: Known) {
-        self.present.entry(key).and_modify(|one| one.1 = known);
+    fn set_standing(&mut self, key: u32, standing: Standing) {
+        self.present.entry(key).and_modify(|one| one.1 = standing);
     }
 
-    /// Performs an event, and checks the connection that gives way against the laws.
-    fn live(&mut self, event: Event) {
+    /// Performs an event, and checks that the connection that it evicts, if any, may be evicted.
+    fn apply(&mut self, event: Event) {
         self.now += Duration::from_millis(1);
         let before = self.present.clone();
-        let (by, gone) = match event {
+        let (by, evicted) = match event {
             Event::Open(origin) => {
                 self.next += 1;
-                self.present.insert(self.next, (origin, Known::Stranger));
-                let gone = self.table.open(self.now, self.next, origin);
-                (Some(self.next), gone)
+                self.present.insert(self.next, (origin, Standing::Stranger));
+                let evicted = self.table.open(self.now, self.next, origin);
+                (Some(self.next), evicted)
             }
             Event::Heard(at) => {
                 let key = self.nth(at);
@@ -96,17 +97,17 @@ impl Hall {
             }
             Event::Begin(at) => match self.nth(at) {
                 Some(key) => {
-                    let gone = self.table.begin(self.now, key);
-                    self.is_known(key, Known::Slow);
-                    (Some(key), gone)
+                    let evicted = self.table.begin(self.now, key);
+                    self.set_standing(key, Standing::Slow);
+                    (Some(key), evicted)
                 }
                 None => (None, None),
             },
             Event::Claim(at) => match self.nth(at) {
                 Some(key) => match self.table.claim(self.now, key) {
-                    Ok(gone) => {
-                        self.is_known(key, Known::Served);
-                        (Some(key), gone)
+                    Ok(evicted) => {
+                        self.set_standing(key, Standing::Served);
+                        (Some(key), evicted)
                     }
                     Err(NoPlace) => (Some(key), None),
                 },
@@ -114,9 +115,9 @@ impl Hall {
             },
             Event::EndRequest(at) => match self.nth(at) {
                 Some(key) => {
-                    let gone = self.table.end_request(self.now, key);
-                    self.is_known(key, Known::Stranger);
-                    (Some(key), gone)
+                    let evicted = self.table.end_request(self.now, key);
+                    self.set_standing(key, Standing::Stranger);
+                    (Some(key), evicted)
                 }
                 None => (None, None),
             },
@@ -130,33 +131,41 @@ impl Hall {
             }
             Event::Shed => (None, self.table.shed()),
         };
-        if let Some(gone) = gone {
-            let was = before.get(&gone).copied().expect("one that was there");
-            self.present.remove(&gone);
+        if let Some(evicted) = evicted {
+            let was = before.get(&evicted).copied().expect("one that was there");
+            self.present.remove(&evicted);
             let by = by.and_then(|by| self.present.get(&by)).copied();
-            assert_ne!(was.1, Known::Served, "{event:?} took the place of {was:?}");
-            if was.1 == Known::Slow {
+            assert_ne!(
+                was.1,
+                Standing::Served,
+                "{event:?} took the place of {was:?}"
+            );
+            if was.1 == Standing::Slow {
                 let by = by.expect("somebody").1;
-                assert_ne!(by, Known::Stranger, "{event:?} took the place of {was:?}");
+                assert_ne!(
+                    by,
+                    Standing::Stranger,
+                    "{event:?} took the place of {was:?}"
+                );
             }
-            if let Some((Origin::Elsewhere, Known::Stranger)) = by {
+            if let Some((Origin::Elsewhere, Standing::Stranger)) = by {
                 assert_eq!(was.0, Origin::Elsewhere, "{event:?} took loopback's place");
             }
         }
         assert_eq!(self.table.len(), self.present.len());
-        self.count();
+        self.check_limits();
     }
 
-    fn count(&self) {
-        let count = |test: &dyn Fn(&(Origin, Known)) -> bool| {
+    fn check_limits(&self) {
+        let count = |test: &dyn Fn(&(Origin, Standing)) -> bool| {
             self.present.values().filter(|one| test(one)).count()
         };
-        let stranger = |of| move |one: &(Origin, Known)| *one == (of, Known::Stranger);
+        let stranger = |of| move |one: &(Origin, Standing)| *one == (of, Standing::Stranger);
         assert!(count(&stranger(Origin::Loopback)) <= LIMITS.loopback_strangers);
         assert!(count(&stranger(Origin::Elsewhere)) <= LIMITS.strangers);
-        assert!(count(&|one| one.1 == Known::Served) <= LIMITS.claims);
-        let far = |one: &(Origin, Known)| *one == (Origin::Elsewhere, Known::Served);
-        assert!(count(&far) <= LIMITS.claims - LIMITS.kept_for_loopback);
+        assert!(count(&|one| one.1 == Standing::Served) <= LIMITS.claims);
+        let remote_claim = |one: &(Origin, Standing)| *one == (Origin::Elsewhere, Standing::Served);
+        assert!(count(&remote_claim) <= LIMITS.claims - LIMITS.kept_for_loopback);
     }
 }
 
@@ -169,34 +178,34 @@ proptest! {
     })]
 
     #[test]
-    fn strangers_take_no_place_of_a_claim_and_those_from_elsewhere_none_of_loopback(
+    fn strangers_displace_no_claim_and_remote_ones_no_loopback_connection(
         events in vec(event(), 1..120),
     ) {
-        let mut hall = Hall::new(LIMITS);
+        let mut rig = AdmissionRig::new(LIMITS);
         for event in events {
-            hall.live(event);
+            rig.apply(event);
         }
     }
 
     #[test]
-    fn stranger_from_loopback_stays_however_many_come_from_elsewhere(
+    fn loopback_stranger_stays_however_many_remote_ones_come(
         before in 0..10_usize,
         after in vec(prop_oneof![Just(None), Just(Some(()))], 1..200),
     ) {
-        let mut hall = Hall::new(LIMITS);
+        let mut rig = AdmissionRig::new(LIMITS);
         for _ in 0..before {
-            hall.live(Event::Open(Origin::Elsewhere));
+            rig.apply(Event::Open(Origin::Elsewhere));
         }
-        hall.live(Event::Open(Origin::Loopback));
-        let local = hall.next;
+        rig.apply(Event::Open(Origin::Loopback));
+        let local = rig.next;
         for heard in after {
-            hall.live(Event::Open(Origin::Elsewhere));
+            rig.apply(Event::Open(Origin::Elsewhere));
             if heard.is_some() {
-                hall.table.heard(hall.now, hall.next);
+                rig.table.heard(rig.now, rig.next);
             }
         }
-        prop_assert!(hall.present.contains_key(&local));
-        prop_assert_eq!(hall.table.claim(hall.now, local), Ok(None));
+        prop_assert!(rig.present.contains_key(&local));
+        prop_assert_eq!(rig.table.claim(rig.now, local), Ok(None));
     }
 }
 
@@ -274,16 +283,16 @@ fn strangers_go_first_when_the_system_has_no_descriptors() {
     assert_eq!(table.shed(), None);
 }
 
-/// Connections from one origin arrive every millisecond, each as soon as permitted, and stay
-/// silent.
+/// Connections from one origin stay silent. Each arrives 1 ms after the previous one was opened,
+/// and waits until the table admits it.
 #[test]
-fn connections_that_wait_for_their_instant_leave_each_its_grace() {
+fn delayed_connections_leave_each_stranger_its_grace_time() {
     let grace = Duration::from_millis(100);
     for origin in [Origin::Loopback, Origin::Elsewhere] {
         let mut table = AdmissionTable::new(LIMITS);
         let mut opened = BTreeMap::new();
         let mut now = HostInstant::ZERO;
-        let mut gone = 0;
+        let mut evicted = 0;
         for key in 0..200 {
             if let Some(at) = table.opens_at(now, origin, grace) {
                 assert!(at > now && at <= now + grace);
@@ -293,11 +302,11 @@ fn connections_that_wait_for_their_instant_leave_each_its_grace() {
             opened.insert(key, now);
             if let Some(silent) = table.open(now, key, origin) {
                 assert!(now - opened[&silent] >= grace, "{silent} at {now:?}");
-                gone += 1;
+                evicted += 1;
             }
             now += Duration::from_millis(1);
         }
-        assert!(gone > 190, "{gone}");
+        assert!(evicted > 190, "{evicted}");
     }
 }
 
@@ -314,7 +323,7 @@ fn connection_opens_at_once_if_a_place_is_free_or_a_claim_exists() {
     let at = table.opens_at(later, Origin::Elsewhere, grace);
     assert_eq!(at, Some(now + grace));
     assert_eq!(table.opens_at(later, Origin::Loopback, grace), None);
-    // Heard ones give way after silent ones.
+    // Strangers that have sent a request give way after silent ones.
     table.heard(later, 0);
     let at = table.opens_at(later, Origin::Elsewhere, grace);
     assert_eq!(at, Some(now + grace));

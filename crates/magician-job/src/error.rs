@@ -192,7 +192,7 @@ impl JobError {
                 "{least} steps are certainly done, and {most} at most: {why}",
                 least = span.least,
                 most = span.most,
-                why = why.to_string()
+                why = why.sentence()
             ),
             Fault::StuckQueue { waiting } => message!(
                 "{waiting} commands of the last job wait in the queue, and nothing moves",
@@ -234,12 +234,20 @@ pub enum PauseError {
     Ended,
 }
 
+impl PauseError {
+    /// Cause in one sentence.
+    #[must_use]
+    pub fn sentence(self) -> Message {
+        match self {
+            Self::Ending => message!("the job is ending"),
+            Self::Ended => message!("the job is over"),
+        }
+    }
+}
+
 impl fmt::Display for PauseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Ending => "the job is ending",
-            Self::Ended => "the job is over",
-        })
+        f.write_str(&self.sentence())
     }
 }
 
@@ -259,14 +267,22 @@ pub enum SpeedError {
     Ended,
 }
 
+impl SpeedError {
+    /// Cause in one sentence.
+    #[must_use]
+    pub fn sentence(self) -> Message {
+        match self {
+            Self::Range => message!("the speed must be 10 to 100 percent"),
+            Self::Burns => message!("the job burns: its power fits its speed only"),
+            Self::Ending => message!("the job is ending"),
+            Self::Ended => message!("the job is over"),
+        }
+    }
+}
+
 impl fmt::Display for SpeedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Range => "the speed must be 10 to 100 percent",
-            Self::Burns => "the job burns: its power fits its speed only",
-            Self::Ending => "the job is ending",
-            Self::Ended => "the job is over",
-        })
+        f.write_str(&self.sentence())
     }
 }
 
@@ -300,18 +316,33 @@ impl ResumeError {
     pub const fn wants_homing(&self) -> bool {
         matches!(self, Self::Reset | Self::Unknown)
     }
+
+    /// Cause in one sentence.
+    #[must_use]
+    pub fn sentence(&self) -> Message {
+        match self {
+            Self::NotPaused => message!("the job is not paused"),
+            Self::Reset => {
+                message!("the arm was reset while the job was paused: home it first")
+            }
+            Self::Unknown => message!("the arm's position is unknown: home it first"),
+            Self::Alarms(alarms) => {
+                message!("the arm is held by {alarms}", alarms = alarms.to_string())
+            }
+            Self::Busy => message!("the arm moves, or commands wait in its queue"),
+            Self::Arm(error) | Self::Refused(error) => error.in_words(),
+            Self::Program(problem) => problem.sentence(),
+        }
+    }
 }
 
 impl fmt::Display for ResumeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotPaused => f.write_str("the job is not paused"),
-            Self::Reset => f.write_str("the arm was reset while the job was paused: home it first"),
-            Self::Unknown => f.write_str("the arm's position is unknown: home it first"),
-            Self::Alarms(alarms) => write!(f, "the arm is held by {alarms}"),
-            Self::Busy => f.write_str("the arm moves, or commands wait in its queue"),
             Self::Arm(error) | Self::Refused(error) => error.fmt(f),
+            // Escapes control characters, unlike the sentence.
             Self::Program(problem) => problem.fmt(f),
+            _ => f.write_str(&self.sentence()),
         }
     }
 }

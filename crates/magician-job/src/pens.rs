@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use crate::files::read_text;
 
-/// Largest size of a file that is read, bytes. A choice far above any real file.
+/// Largest size of a file that is read, bytes. An arbitrary limit far above that of real files.
 const MAX_FILE_SIZE: u64 = 1 << 20;
 
 /// Content of the file.
@@ -21,27 +21,28 @@ struct Pens {
 /// Reads a file of pens.
 ///
 /// # Errors
-/// A sentence if the file cannot be read; line and column of a mistake in it.
+/// The path, and why the file cannot be read or parsed (see [`from_text`]).
 pub fn read(path: &Path) -> Result<Vec<PenOptions>, String> {
     let shown = path.display();
-    let unread = |error: std::io::Error| format!("cannot read {shown}: {error}");
+    let read_error = |error: std::io::Error| format!("cannot read {shown}: {error}");
     let text = read_text(path, MAX_FILE_SIZE)
-        .map_err(unread)?
+        .map_err(read_error)?
         .ok_or_else(|| format!("{shown}: no file of pens is larger than {MAX_FILE_SIZE} bytes"))?;
     from_text(&text).map_err(|problem| format!("{shown}: {problem}"))
 }
 
-/// Parses the text of such a file.
+/// Parses the text of a file of pens.
 ///
 /// # Errors
-/// A sentence with line and column of the mistake.
+/// Line and column of a syntax error or unknown field, or the number of a pen whose value is out of
+/// range.
 pub fn from_text(text: &str) -> Result<Vec<PenOptions>, String> {
     let pens: Pens = toml::from_str(text).map_err(|error| {
-        let at = error.span().map_or(0, |span| span.start);
-        let before = text.get(..at).unwrap_or_default();
+        let offset = error.span().map_or(0, |span| span.start);
+        let before = text.get(..offset).unwrap_or_default();
         let line = before.matches('\n').count() + 1;
-        let last = before.rsplit('\n').next().unwrap_or_default();
-        let column = last.chars().count() + 1;
+        let last_line = before.rsplit('\n').next().unwrap_or_default();
+        let column = last_line.chars().count() + 1;
         let message = error.message().trim();
         format!("line {line}, column {column}: {message}")
     })?;
@@ -70,7 +71,7 @@ mod tests {
             unknown.starts_with("line 3, column 3: unknown field `colour`"),
             "{unknown}"
         );
-        for (text, says) in [
+        for (text, expected_start) in [
             (
                 "[[pen]]\nlift = 3\n",
                 "line 1, column 1: missing field `match`",
@@ -109,7 +110,7 @@ mod tests {
             ("\0", "line 1, column "),
         ] {
             let found = problem(text);
-            assert!(found.starts_with(says), "{text:?}: {found}");
+            assert!(found.starts_with(expected_start), "{text:?}: {found}");
         }
     }
 

@@ -76,15 +76,16 @@ impl WorkSurface {
     }
 }
 
-/// Takes a point of the work surface from the current pose of an arm whose tool touches it. `draws`
-/// is the tool used for drawing later. Moves nothing.
+/// Takes a point of the work surface from the current pose of an arm whose tool touches it.
+/// `drawing_tool` is the tool used for drawing later. Moves nothing.
 ///
 /// # Errors
 /// [`NotHomed`](ErrorCode::NotHomed) as [`Homing::check`](magician::Homing::check),
 /// [`LaserOn`](ErrorCode::LaserOn) as [`Laser::check_off`](magician::Laser::check_off),
 /// [`Busy`](ErrorCode::Busy) if the arm moves, [`InvalidValue`](ErrorCode::InvalidValue) if the
-/// arm's poses refer to a tool that ends at another height than `draws`; else as [`Arm::get`].
-pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
+/// arm's poses refer to a tool that ends at another height than `drawing_tool`; else as
+/// [`Arm::get`].
+pub async fn touch_off(arm: &Arm, drawing_tool: Tool) -> Result<Touch> {
     arm.homing().check().await?;
     arm.laser().check_off().await?;
     // A hand or another program may move the arm without the driver's knowledge, so two poses are
@@ -96,12 +97,12 @@ pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
     let bias = arm.get::<EndEffectorParams>().await?;
     let pose = arm.get::<Pose>().await?;
     let mounted = Tool::from(&bias);
-    if !same_height(mounted.bias(), draws.bias()) {
+    if !same_height(mounted.bias(), drawing_tool.bias()) {
         let why = message!(
             "the arm's poses are for the tool {mounted}, but drawings use the tool {draws}: the \
                 measured height would be wrong",
             mounted,
-            draws
+            draws = drawing_tool
         );
         return Err(Error::new(ErrorCode::InvalidValue, why));
     }
@@ -112,7 +113,8 @@ pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
         )
     })?;
     let joints = JointAngles::from(pose.joint_angle.map(f64::from));
-    let [from, to] = [mounted, draws].map(|tool| Geometry::magician(tool.bias()).forward(&joints));
+    let [from, to] =
+        [mounted, drawing_tool].map(|tool| Geometry::magician(tool.bias()).forward(&joints));
     let [x, y] = touch.at;
     Ok(Touch {
         tip: [x + to.x - from.x, y + to.y - from.y].map(rounded_height),
@@ -121,8 +123,8 @@ pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
 }
 
 /// True if both tips end at the same height.
-fn same_height(mounted: ToolBias, draws: ToolBias) -> bool {
-    (mounted.z - draws.z).abs() < SAME_HEIGHT
+fn same_height(mounted: ToolBias, drawing_tool: ToolBias) -> bool {
+    (mounted.z - drawing_tool.z).abs() < SAME_HEIGHT
 }
 
 /// Work surface stored in the settings file; `None` if absent. A sheet takes precedence over a
@@ -221,7 +223,7 @@ pub fn sheet_stored_message() -> Message {
 
 #[cfg(feature = "settings")]
 fn settings_error(error: crate::settings::SettingsError) -> Error {
-    Error::new(ErrorCode::InvalidSettings, error.to_string())
+    Error::new(ErrorCode::InvalidSettings, error.sentence())
 }
 
 #[cfg(all(test, feature = "settings"))]

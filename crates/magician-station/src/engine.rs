@@ -51,7 +51,7 @@ enum Message {
     Order(ArmOrder),
     /// The last order: see [`ArmEngine::end`].
     End {
-        is_reader: bool,
+        is_read_only: bool,
         reply: oneshot::Sender<magician::Result<()>>,
     },
 }
@@ -162,15 +162,18 @@ impl ArmEngine {
     }
 
     /// Ends everything in progress, refuses all further orders that move or set, and stops the arm
-    /// until its queue is empty, laser and motors are off, and it stands. With `is_reader` the
+    /// until its queue is empty, laser and motors are off, and it stands. With `is_read_only` the
     /// station never moved the arm, so commands in its queue belong to another program and stay.
     pub(crate) fn end(
         &self,
-        is_reader: bool,
+        is_read_only: bool,
     ) -> impl Future<Output = magician::Result<()>> + Send + use<> {
         let (reply, ended) = oneshot::channel();
         // If the task is gone, `reply` is dropped and the future below resolves to an error.
-        let _ = self.messages.send(Message::End { is_reader, reply });
+        let _ = self.messages.send(Message::End {
+            is_read_only,
+            reply,
+        });
         async move {
             let gone = |_| Err(magician::Error::closed());
             ended.await.unwrap_or_else(gone)
@@ -265,7 +268,7 @@ impl EngineTask {
                 biased;
                 message = self.inbox.recv() => match message {
                     Some(Message::Order(order)) => self.handle_order(order),
-                    Some(Message::End { is_reader, reply }) => self.end(is_reader, reply),
+                    Some(Message::End { is_read_only, reply }) => self.end(is_read_only, reply),
                     // Never while the handle exists: dropping it aborts the task.
                     None => return,
                 },

@@ -7,8 +7,8 @@
 //!
 //! Turns are given round robin by sender, not by connection: opening more connections gains
 //! nothing. The task that hands out turns yields after each one, so everything else that is ready,
-//! the arms included, runs in between, and new input is polled. A sender that is alone passes
-//! without waiting.
+//! the arms included, runs in between, and new input is polled. A sender that is alone waits only
+//! until that task runs.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -61,8 +61,8 @@ impl<K: Clone + Ord, T> FairQueue<K, T> {
 
 /// Shared fair queue, served by one task as long as it holds items. Clones share the queue.
 ///
-/// A separate task serves, never one of the waiting tasks: a waiting task may not be polled for a
-/// long time, and would hold up the others.
+/// A separate task serves the queue, never a waiting task: a waiting task can stay unpolled for a
+/// long time and would delay the others.
 #[derive(Debug)]
 pub(crate) struct FairLine<K, T>(Arc<Mutex<Line<K, T>>>);
 

@@ -3,7 +3,7 @@
 //! A fence bounds where the tool tip may go, how fast it moves and how strong the laser burns.
 //! [`Fence`] itself and its check are in `magician-host`; this module translates it for clients.
 
-use magician::{Cuboid, Fence, FenceError};
+use magician::{Cuboid, Fence, FenceError, FencePart, Message, message};
 use serde_json::{Map, Value, json};
 
 use crate::api::RpcError;
@@ -37,6 +37,11 @@ fn sides(cuboid: Cuboid) -> Value {
 /// Returns the fence after a change: null removes the fence, a named member replaces the old bound,
 /// other members stay.
 pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fence>, RpcError> {
+    change_of(fence, change).map_err(|why| RpcError::param("set", why))
+}
+
+/// Like [`changed`], with a sentence as its error.
+pub(crate) fn change_of(fence: Option<Fence>, change: &Value) -> Result<Option<Fence>, Message> {
     let Value::Object(change) = change else {
         return Ok(None);
     };
@@ -44,9 +49,10 @@ pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fen
     let known = ["floor", "box", "keep_out", "speed", "power"];
     if let Some(name) = change.keys().find(|name| !known.contains(&name.as_str())) {
         let name = magician_protocol::visible(name).to_string();
-        return Err(wrong(&format!(
-            "a fence has floor, box, keep_out, speed and power, and no `{name}`"
-        )));
+        return Err(message!(
+            "a fence has floor, box, keep_out, speed and power, and no `{name}`",
+            name
+        ));
     }
     let before = fence.unwrap_or_default();
     // Built anew, because a `Fence` can only be extended: a bound could not be removed from it.
@@ -57,7 +63,7 @@ pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fen
         Some(Value::Null) => Ok(None),
         Some(value) => match value.as_f64() {
             Some(number) => Ok(Some(number)),
-            None => Err(wrong(&format!("`{name}` must be a number or null"))),
+            None => Err(message!("`{name}` must be a number or null", name)),
         },
     };
     if let Some(floor) = number("floor", before.floor())? {
@@ -84,7 +90,7 @@ pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fen
             let cuboids = items.iter().map(|item| cuboid("keep_out", item));
             cuboids.collect::<Result<_, _>>()?
         }
-        Some(_) => return Err(wrong("`keep_out` must be an array of boxes")),
+        Some(_) => return Err(message!("`keep_out` must be an array of boxes")),
     };
     for keep_out in keep_outs {
         after = after.with_keep_out(keep_out).map_err(flaw)?;
@@ -93,7 +99,7 @@ pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fen
     Ok(Some(after).filter(|fence| !fence.is_empty()))
 }
 
-fn cuboid(name: &str, value: &Value) -> Result<Cuboid, RpcError> {
+fn cuboid(name: &str, value: &Value) -> Result<Cuboid, Message> {
     let side = |axis: &str| {
         let pair = value.get(axis)?.as_array()?;
         match pair.as_slice() {
@@ -109,18 +115,37 @@ fn cuboid(name: &str, value: &Value) -> Result<Cuboid, RpcError> {
             min: [x[0], y[0], z[0]],
             max: [x[1], y[1], z[1]],
         }),
-        _ => Err(wrong(&format!(
-            "`{name}` is a box {{x: [least, most], y: [..], z: [..]}}, mm"
-        ))),
+        _ => Err(message!(
+            "`{name}` is a box {shape}, mm",
+            name,
+            shape = "{x: [least, most], y: [..], z: [..]}"
+        )),
     }
 }
 
-fn wrong(why: &str) -> RpcError {
-    RpcError::param("set", why)
-}
-
-fn flaw(error: FenceError) -> RpcError {
-    wrong(&error.to_string())
+/// Returns the sentence for a fence that cannot be. `magician-motion` has the same sentences without
+/// templates.
+pub(crate) fn flaw(error: FenceError) -> Message {
+    let message = match error {
+        FenceError::NotFinite(part) => {
+            message!("{part}: expected finite numbers", part = part.name())
+        }
+        FenceError::Inverted { part, axis } => message!(
+            "{part}: the first corner must be below the second, and is not on {axis}",
+            part = part.name(),
+            axis = AXES.get(axis).copied().unwrap_or("z")
+        ),
+        FenceError::OutOfRange(FencePart::Laser, value) => {
+            message!("strongest_laser: {value} is not 0 to 100 %", value)
+        }
+        FenceError::OutOfRange(part, value) => {
+            message!("{part}: {value} must be above 0", part = part.name(), value)
+        }
+        // Too many boxes: their limit is known to `magician-motion` alone.
+        _ => error.to_string().into(),
+    };
+    debug_assert_eq!(message, error.to_string());
+    message
 }
 
 /// Returns the intersection of two fences: for each bound the stricter one.
@@ -156,8 +181,8 @@ pub(crate) fn stricter(one: Fence, other: &Fence) -> Fence {
     for keep_out in one.keep_outs().iter().chain(other.keep_outs()) {
         add(&|fence| fence.with_keep_out(*keep_out));
     }
-    // Two boxes that do not overlap have no common fence. Then no place is allowed at all: a floor
-    // of 1 km is above every pose, and errs on the safe side.
+    // Two boxes that do not overlap have no intersection. A floor of 1 km then forbids every pose,
+    // which is the safe choice.
     out.or_else(|| Fence::default().with_floor(1e6).ok())
         .unwrap_or(one)
 }

@@ -1,6 +1,6 @@
-//! Hook for preparing files in another place than the station's own thread.
+//! Hook for preparing files outside the station's own thread.
 //!
-//! On a page without a server the station has no readers for files: another WebAssembly module has
+//! On a page without a server the station has no readers for files. Another WebAssembly module has
 //! them and prepares programs in its own worker, so that the worker of the station can still
 //! receive a stop. A [`FilePreparer`] therefore returns either a result or a future.
 

@@ -100,7 +100,7 @@ impl FrameRing {
         self.ring.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Sets the Unix time of an instant, s.
+    /// Sets the clock of the ring: at the instant `at` the Unix time is `unix`, s.
     pub(crate) fn set_clock(&self, at: Instant, unix: f64) {
         let before = at.saturating_duration_since(self.started).as_secs_f64();
         self.ring().zero = unix - before;
@@ -139,7 +139,7 @@ impl FrameRing {
     pub fn since(&self, mark: &RingPosition) -> (Vec<TrafficPiece>, RingPosition, u64) {
         let (bytes, first, next, missed) = {
             let ring = self.ring();
-            // Only the copy is made under the lock: the driver waits for it. Parsing happens after.
+            // Copies under the lock and parses after it, because the driver waits for the lock.
             let missed = ring.first.pieces.saturating_sub(mark.pieces);
             let offset = mark.bytes.saturating_sub(ring.first.bytes) as usize;
             let bytes: Vec<u8> = ring.bytes.range(offset..).copied().collect();
@@ -182,7 +182,7 @@ impl Ring {
         // anew.
         let since = u32::try_from(at.saturating_sub(self.next.at)).unwrap_or(u32::MAX);
         if self.bytes.capacity() < self.bytes.len() + needs {
-            // `reserve` would double the buffer beyond MOST; the ring never holds more than that.
+            // `reserve` could grow the buffer beyond `MAX_SIZE`, which the ring never exceeds.
             let more = (self.bytes.len() + needs).min(FrameRing::MAX_SIZE - self.bytes.len());
             self.bytes.reserve_exact(more);
         }

@@ -14,7 +14,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use magician::message;
 use magician::preflight::Preflight;
-use magician::{Fence, Voice};
+use magician::{Fence, Message, Voice};
 use magician_job::background::BackgroundTurns;
 use magician_job::presets::Presets;
 use magician_job::report::{CheckReport, ConversionReport, Note};
@@ -87,7 +87,7 @@ impl Source {
             SourceBytes::Text(text) => Ok(text.clone().into_bytes()),
             SourceBytes::Data(data) => STANDARD
                 .decode(data)
-                .map_err(|_| RpcError::param("data", "`data` must be bytes in base64")),
+                .map_err(|_| RpcError::param("data", message!("`data` must be bytes in base64"))),
             SourceBytes::Program(name) => {
                 let name = ProgramName::new(name).ok_or_else(library::unknown_program)?;
                 library::bytes_of(library, &name).map_err(|error| match error {
@@ -109,9 +109,10 @@ impl SourceBytes {
     }
 }
 
-/// Options and name of a preset. Errors are reported for the parameter `setup.KEY`.
+/// Options, and name of the preset that completes them.
 pub(crate) type SetupAndPreset = (Option<Box<SetupOptions>>, Option<String>);
 
+/// Parses the parameter `setup`. Errors name the parameter `setup.KEY`.
 pub(crate) fn setup_and_preset(
     fields: Option<&Map<String, Value>>,
 ) -> Result<SetupAndPreset, RpcError> {
@@ -123,12 +124,12 @@ pub(crate) fn setup_and_preset(
         None => None,
         Some(Value::String(name)) => Some(name),
         Some(_) => {
-            let why = "`setup`: preset must be the name of a preset";
+            let why = message!("`setup`: preset must be the name of a preset");
             return Err(RpcError::param("setup.preset", why));
         }
     };
     let options = match preset {
-        // With a preset the options may be incomplete, so each constructor checks differently.
+        // With a preset, contradictions are not checked yet: it completes the options later.
         None => SetupOptions::from_fields(&fields),
         Some(_) => SetupOptions::from_partial_fields(&fields),
     };
@@ -150,7 +151,7 @@ pub struct ReadingArm {
     pub fence: Option<Fence>,
     /// Position at which the program started when it was read before, mm.
     pub start: Option<[f64; 3]>,
-    /// Tool in force; set when a program is framed.
+    /// Tool in force. Set if a frame is traced and the options name neither work nor tool.
     pub tool: Option<Tool>,
     /// Pose, tool and speeds of the arm, if the program depends on them.
     pub start_state: Option<Preflight>,
@@ -158,7 +159,7 @@ pub struct ReadingArm {
     pub surface: KnownSurface,
 }
 
-/// Future of something done elsewhere. Dropping it cancels the work.
+/// Future that resolves to the result of work done elsewhere. Dropping it cancels the work.
 pub type PendingResult<T> = Pin<Box<dyn Future<Output = Result<T, RpcError>> + Send>>;
 
 /// Result of reading a program.
@@ -283,13 +284,15 @@ impl FormatReader {
         let completed = preset.complete(options, Some(format));
         let (completed, told) = completed.map_err(|error| {
             RpcError::param("setup.preset", visible(&error.message).to_string())
+                .with_sentence(&error.message)
         })?;
         *options = completed;
         Ok((told, preset.text))
     }
 
-    /// Returns the request to prepare a program for an arm, and its digest: of everything that the
-    /// source names and does not contain, so that others may change it.
+    /// Returns the request to prepare a program for an arm, and the digest of the program's bytes
+    /// and of its preset. The digest detects a change of a program or preset that `source` only
+    /// names.
     fn request(
         &self,
         source: &Source,
@@ -303,7 +306,7 @@ impl FormatReader {
                 .map_err(|error: String| RpcError::param("format", error))?,
             None => Format::of(source.bytes.name(), &bytes).ok_or_else(|| {
                 if let Some(foreign) = magician_program::foreign(source.bytes.name(), &bytes) {
-                    return RpcError::param("format", foreign.to_string());
+                    return RpcError::param("format", foreign.sentence());
                 }
                 let why = message!("the type of the program is not recognised: name it");
                 RpcError::param("format", why)
@@ -316,7 +319,7 @@ impl FormatReader {
         let (note, preset) = self.apply_preset(source, format, &mut request.options)?;
         request.preset_note = note;
         let digest = digest(&bytes, &[preset.as_bytes()]);
-        // A resumed program starts where it started first, or its steps would differ.
+        // A resumed program keeps its first start position, or its steps would differ.
         request.options.start = request.options.start.or(arm.start);
         request.defaults = defaults;
         request.fence = arm.fence;
@@ -383,7 +386,7 @@ impl Reader for FormatReader {
         let mut defaults = self.defaults.clone();
         // The measured surface is newer than the settings.
         arm.surface.apply_to(&mut defaults, arm.is_virtual);
-        // A virtual arm needs no measured surface and no permission to burn.
+        // A virtual arm needs no measured surface: it has a known table.
         if arm.is_virtual {
             defaults = defaults.on_virtual_arm();
         }
@@ -398,7 +401,7 @@ impl Reader for FormatReader {
 
     fn convert(&self, source: &Source, to: &str) -> Result<ConversionResult, RpcError> {
         let conversion = Conversion::of(to).ok_or_else(|| {
-            let why = "`to` must end with .plan.json, .playback, .svg, .png or .csv";
+            let why = message!("`to` must end with .plan.json, .playback, .svg, .png or .csv");
             RpcError::param("to", why)
         })?;
         let defaults = self.defaults.clone().for_conversion();
@@ -409,7 +412,9 @@ impl Reader for FormatReader {
         let done =
             move |answer: FileAnswer| match answer.map_err(|error| refusal(*error.problem))? {
                 Preparation::Done(program) => converted(conversion, names, *program),
-                Preparation::NeedsStart => Err(invalid("it is not known where the program begins")),
+                Preparation::NeedsStart => Err(invalid(message!(
+                    "it is not known where the program begins"
+                ))),
             };
         self.prepare(request, done, ConversionResult::Pending)
     }
@@ -426,16 +431,16 @@ fn converted(
     let (bytes, lost) = conversion.file(plan).map_err(|error| match error {
         ConversionError::Refused(problem) => refusal(problem),
         ConversionError::Rehearsal(error) => RpcError::from(error),
-        ConversionError::OutOfReach => invalid("none of its lines is within reach"),
+        ConversionError::OutOfReach => invalid(message!("none of its lines is within reach")),
         // The remaining error of a conversion: there is nothing to convert.
-        _ => invalid("it draws and burns nothing"),
+        _ => invalid(message!("it draws and burns nothing")),
     })?;
     let steps = plan.steps.len();
     let report = ConversionReport::new(&ApiVoice, names, steps, &program.notes, &lost);
     Ok(ConversionResult::Done(bytes, to_value(&report)?))
 }
 
-fn invalid(why: &str) -> RpcError {
+fn invalid(why: Message) -> RpcError {
     RpcError::arm(magician::ErrorKind::InvalidInput, why)
 }
 
@@ -445,7 +450,7 @@ pub(crate) async fn preview(program: &PreparedProgram, start: &Preflight) -> Val
     let plan = program.program.plan();
     let outline = Outline::with_travels(plan, start, MAX_PREVIEW_POINTS, &BackgroundTurns);
     let (lines, travels) = outline.await;
-    // Hundredths of a millimetre: finer than the arm repeats, and half the size of full decimals.
+    // Rounded to 0.01 mm: finer than the arm's repeatability, and half the size of full decimals.
     let rounded = |value: f64| (value * 100.0).round() / 100.0;
     let strokes = lines.into_iter().map(|line| {
         let points: Vec<_> = { line.points.iter() }

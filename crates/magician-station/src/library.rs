@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use magician::{ErrorKind, message};
+use magician::{ErrorKind, Message, message};
 use magician_job::presets::Presets;
 use magician_program::{Format, SetupOptions};
 use serde_json::{Value, json};
@@ -29,7 +29,7 @@ pub const MAX_PROGRAM_SIZE: u64 = 64 * 1024 * 1024;
 const MAX_ANSWER_PROGRAM: u64 = 700 * 1024;
 
 /// Name of a program: 1 to 80 characters of `A-Z a-z 0-9 . _ -` and space. Does not start with a
-/// point; does not start or end with a space.
+/// dot; does not start or end with a space.
 ///
 /// ```
 /// use magician_station::ProgramName;
@@ -63,9 +63,9 @@ impl ProgramName {
     }
 }
 
-/// True if Windows reserves the name for a device, or strips its final point.
+/// True if Windows reserves the name for a device, or strips its final dot.
 fn is_reserved_on_windows(name: &str) -> bool {
-    // `con.svg` is the console as well: Windows looks at the part before the first point.
+    // `con.svg` is the console as well: Windows looks at the part before the first dot.
     let stem = name.split('.').next().unwrap_or_default().trim_end();
     let stem = stem.to_ascii_lowercase();
     let numbered = |kind| {
@@ -108,18 +108,29 @@ pub enum LibraryError {
     /// The disk is full.
     Full,
     /// Any other cause, as a sentence.
-    Other(String),
+    Other(Message),
+}
+
+impl LibraryError {
+    /// Returns the reason as a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> Message {
+        match self {
+            Self::Unknown => message!("there is no such program"),
+            Self::TooLarge => message!(
+                "a program is {most} MiB at most",
+                most = MAX_PROGRAM_SIZE >> 20
+            ),
+            Self::Quota(met) => met.sentence(),
+            Self::Full => message!("no room for the program"),
+            Self::Other(why) => why.clone(),
+        }
+    }
 }
 
 impl fmt::Display for LibraryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unknown => f.write_str("there is no such program"),
-            Self::TooLarge => write!(f, "a program is {} MiB at most", MAX_PROGRAM_SIZE >> 20),
-            Self::Quota(met) => met.fmt(f),
-            Self::Full => f.write_str("no room for the program"),
-            Self::Other(why) => f.write_str(why),
-        }
+        f.write_str(&self.sentence())
     }
 }
 
@@ -243,22 +254,41 @@ pub struct OverQuota {
     pub used: LibraryUse,
 }
 
-impl fmt::Display for OverQuota {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl OverQuota {
+    /// Returns the refusal as a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> Message {
         let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         let (quota, all, used) = (self.quota, self.all, self.used);
         let (programs, whole) = (all.programs, mib(all.bytes));
-        if quota == all {
-            write!(f, "the library takes {programs} programs and {whole} MiB")?;
-        } else {
-            let (own, part) = (quota.programs, mib(quota.bytes));
-            write!(
-                f,
-                "students may fill {own} of the {programs} programs and {part} of the {whole} MiB of the library"
-            )?;
-        }
         let (count, size) = (used.programs, mib(used.bytes));
-        write!(f, ", and {count} with {size:.1} MiB are used: remove some")
+        if quota == all {
+            message!(
+                "the library takes {programs} programs and {whole} MiB, and {count} with {size:.1} \
+                    MiB are used: remove some",
+                programs,
+                whole,
+                count,
+                size
+            )
+        } else {
+            message!(
+                "students may fill {own} of the {programs} programs and {part} of the {whole} MiB \
+                    of the library, and {count} with {size:.1} MiB are used: remove some",
+                own = quota.programs,
+                programs,
+                part = mib(quota.bytes),
+                whole,
+                count,
+                size
+            )
+        }
+    }
+}
+
+impl fmt::Display for OverQuota {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.sentence())
     }
 }
 
@@ -325,7 +355,7 @@ pub struct NoPrograms;
 
 impl NoPrograms {
     fn refused() -> LibraryError {
-        LibraryError::Other("this station keeps no programs".to_owned())
+        LibraryError::Other(message!("this station keeps no programs"))
     }
 }
 
@@ -373,7 +403,7 @@ pub(crate) fn bytes_of(
         .take(MAX_PROGRAM_SIZE + 1)
         .read_to_end(&mut bytes);
     match read {
-        Err(error) => Err(LibraryError::Other(error.to_string())),
+        Err(error) => Err(LibraryError::Other(error.to_string().into())),
         Ok(count) if count as u64 > MAX_PROGRAM_SIZE => Err(LibraryError::TooLarge),
         Ok(_) => Ok(bytes),
     }
@@ -391,7 +421,8 @@ pub(crate) fn store_program(
     upload.finish()
 }
 
-/// Operation on the library, or on presets and taught programs, which is carried out beside it.
+/// Operation on the library, on presets or on taught programs, carried out off the station's
+/// thread.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LibraryAct {
@@ -548,9 +579,12 @@ impl LibraryAct {
                 // The size first: a large program is refused without reading it.
                 let (size, _) = store.open(&name).map_err(library_error)?;
                 if size > MAX_ANSWER_PROGRAM {
-                    let why = format!(
-                        "{name} has {size} bytes, and an answer has room for {MAX_ANSWER_PROGRAM}: get \
-                            it by HTTP from /api/v1/programs"
+                    let why = message!(
+                        "{name} has {size} bytes, and an answer has room for {most}: get it by \
+                            HTTP from /api/v1/programs",
+                        name = name.as_str(),
+                        size,
+                        most = MAX_ANSWER_PROGRAM
                     );
                     return Err(RpcError::arm(ErrorKind::InvalidInput, why));
                 }
@@ -585,22 +619,22 @@ impl LibraryAct {
 
 /// Error for a job whose program is not in the library.
 pub(crate) fn unknown_program() -> RpcError {
-    RpcError::param("program", LibraryError::Unknown.to_string())
+    RpcError::param("program", LibraryError::Unknown.sentence())
 }
 
 /// Converts an error of the library to an answer.
 pub(crate) fn library_error(error: LibraryError) -> RpcError {
     match error {
-        LibraryError::Unknown => RpcError::param("name", error.to_string()),
-        LibraryError::TooLarge => RpcError::arm(ErrorKind::InvalidInput, error.to_string()),
+        LibraryError::Unknown => RpcError::param("name", error.sentence()),
+        LibraryError::TooLarge => RpcError::arm(ErrorKind::InvalidInput, error.sentence()),
         LibraryError::Quota(met) => {
             let shown = |of: LibraryUse| json!({"programs": of.programs, "bytes": of.bytes});
-            RpcError::arm(ErrorKind::InvalidInput, met.to_string())
+            RpcError::arm(ErrorKind::InvalidInput, met.sentence())
                 .with("quota", shown(met.quota))
                 .with("used", shown(met.used))
         }
-        // Errors of the disk, which no parameter can mend.
-        _ => RpcError::arm(ErrorKind::Unexpected, error.to_string()),
+        // Errors of the disk, which do not depend on a parameter.
+        _ => RpcError::arm(ErrorKind::Unexpected, error.sentence()),
     }
 }
 

@@ -24,7 +24,7 @@ use crate::reading::{ArmReading, ToolReading};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ArmOrder {
-    /// Read something.
+    /// Read a value.
     Read {
         /// Request that is answered with the reading.
         request: RequestId,
@@ -103,7 +103,7 @@ pub enum ArmOrder {
         /// True to include a preview of the strokes.
         preview: bool,
     },
-    /// Start a job after what the arm is doing.
+    /// Start a job once the actions ordered before it are done.
     StartJob(Box<JobStart>),
     /// Pause a job.
     PauseJob {
@@ -156,8 +156,8 @@ pub struct JobOrder {
     /// Position at which the program starts, mm, if the program depends on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<[f64; 3]>,
-    /// Digest of the program that was checked: with another one the job is refused. `None` runs
-    /// whatever the source names.
+    /// Digest of the program that was checked. The job is refused if its program has another
+    /// digest. `None` accepts any program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub digest: Option<String>,
 }
@@ -195,7 +195,8 @@ pub struct JobStart {
     pub order: JobOrder,
     /// True to continue where an earlier run of the same program ended.
     pub resumes: bool,
-    /// Distance before the place of resumption at which a burn starts again, along its line, mm.
+    /// Overlap of a resumed burn, mm along its line: it starts this far before the place where the
+    /// laser went out.
     pub overlap: f64,
     /// `Err` if the job must not burn: the refusal that is sent if it would.
     pub laser: Result<(), Box<RpcError>>,
@@ -203,7 +204,7 @@ pub struct JobStart {
     pub danger: Result<(), Box<RpcError>>,
 }
 
-/// Reading of an arm.
+/// Value to read from an arm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ArmRead {
@@ -314,7 +315,7 @@ pub enum ArmAct {
     Tip(ToolBias),
     /// Switch a tool.
     Tool(Set),
-    /// Set the share of the set speeds of moves and jogs, percent.
+    /// Set the velocity ratio of moves and jogs, percent of their set speeds.
     Speed(f32),
     /// Step along an axis, checked before it is sent.
     Step {
@@ -457,7 +458,7 @@ pub enum JobUpdate {
     Burns,
     /// The job starts after this many steps, counted over all loops.
     Starts(u64),
-    /// The state changed. The text is for the person at the arm, if the job pauses for one.
+    /// The state changed. The text, if any, is for the person that a pause waits for.
     State(JobState, Option<String>),
     /// Progress.
     Progress(JobProgress),

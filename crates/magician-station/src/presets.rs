@@ -1,4 +1,4 @@
-//! Operations of clients on presets of drawing and engraving. Files are touched off the station's
+//! Operations of clients on presets of drawing and engraving. Files are accessed off the station's
 //! thread.
 
 use magician::ErrorKind;
@@ -31,7 +31,7 @@ impl PresetAct {
         let saved = |saved: Result<_, PresetError>, param| {
             let saved = saved.map_err(|error| match error {
                 PresetError::Inexpressible(why) => {
-                    RpcError::param(param, visible(&why).to_string())
+                    RpcError::param(param, visible(&why).to_string()).with_sentence(&why)
                 }
                 error => preset_error(error, "name"),
             });
@@ -61,11 +61,12 @@ impl PresetAct {
 /// Converts an error about the preset named by a parameter to an answer.
 pub(crate) fn preset_error(error: PresetError, param: &str) -> RpcError {
     let why = visible(&error.to_string()).to_string();
-    match error {
+    let answer = match &error {
         PresetError::Name(_) | PresetError::Unknown(..) => RpcError::param(param, why),
         PresetError::NoDirectory => RpcError::arm(ErrorKind::Unsupported, why),
         PresetError::File(..) => RpcError::arm(ErrorKind::Unexpected, why),
         // The rest is about the content of the preset.
         _ => RpcError::arm(ErrorKind::InvalidInput, why),
-    }
+    };
+    answer.with_sentence(&error.sentence())
 }

@@ -1,4 +1,5 @@
-//! State of an arm in the forms of the API: JSON, difference to the state before, and binary frame.
+//! State of an arm in the forms of the API: JSON, changes since the previous state, and binary
+//! frame.
 
 use std::time::Duration;
 

@@ -17,8 +17,8 @@ use crate::control::{ArmId, RequestId};
 use crate::frames::{FrameRing, RingPosition, TrafficPiece};
 use crate::reading::ArmReading;
 
-/// True if this build keeps recordings. A constant, so that the compiler drops all of this code
-/// from a page's module, from which a file could not be downloaded.
+/// True if this build keeps recordings. A constant, so that the compiler drops the recorder from
+/// the WebAssembly module of a page, which could not offer the files for download.
 pub(crate) const IS_SUPPORTED: bool = cfg!(feature = "http");
 
 /// Interval of flushing, s: the most that a crash can lose.
@@ -367,7 +367,7 @@ impl Drop for RecordingFiles {
 }
 
 impl RecordingFiles {
-    /// True if no job has to be written to a file at once.
+    /// True if no message has to be written to a file at once.
     fn can_wait(&self, jobs: &[RecorderMessage]) -> bool {
         jobs.iter().all(|job| match job {
             RecorderMessage::Order(arm, RecordOrder::Sample(sample)) => {

@@ -5,14 +5,15 @@
 
 use std::collections::BTreeMap;
 
+use magician::{Message, message};
 use magician_protocol::visible;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::names::is_name;
 
-/// Most arms in a roster. A roster also comes from strangers on the site's bus, so it is bounded;
-/// further arms are ignored.
+/// Most arms in a roster. A roster may come from strangers on the site's bus, so its size is
+/// bounded; further arms are ignored.
 const MAX_ARMS: usize = 10_000;
 /// Most characters kept of a machine's name.
 const MAX_MACHINE_NAME: usize = 64;
@@ -41,7 +42,7 @@ impl Roster {
     /// # Errors
     /// The reason why the text is no roster: it is not JSON of this form, or contains an invalid
     /// name of an arm.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    pub fn parse(text: &str) -> Result<Self, Message> {
         let content: Content = serde_json::from_str(text).map_err(|error| error.to_string())?;
         Self::of(&content.arms)
     }
@@ -50,13 +51,16 @@ impl Roster {
     ///
     /// # Errors
     /// The fault of the first invalid value.
-    pub fn of(arms: &[Value]) -> Result<Self, String> {
+    pub fn of(arms: &[Value]) -> Result<Self, Message> {
         let mut roster = Self::default();
         for arm in arms {
             let Expected { arm, machine } =
                 Expected::deserialize(arm).map_err(|error| error.to_string())?;
             if !is_name(&arm) {
-                return Err(format!("`{}` is no name of an arm", visible(&arm)));
+                return Err(message!(
+                    "`{name}` is no name of an arm",
+                    name = visible(&arm).to_string()
+                ));
             }
             roster.expect(arm, &machine);
         }

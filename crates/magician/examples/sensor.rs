@@ -1,5 +1,4 @@
-//! Reads sensors: an infrared and a colour sensor, and a button on a digital input that the arm
-//! waits for.
+//! Reads an infrared sensor and a colour sensor, and waits for a button on a digital input.
 //!
 //! `cargo run -p magician --example sensor -- PORT`. With `sim` the scenario below surrounds the
 //! arm; on a real one connect the infrared sensor to GP4, the colour sensor to GP2, and the button

@@ -34,7 +34,7 @@ pub const TABLE: &str = "arms";
 /// program requests (-13.1) and the limit that the vendor guarantees (0).
 const LOWEST_J2: (f64, f64) = (-20.0, 0.0);
 /// Largest accepted settings file, bytes. Choice, against a wrong path such as a device.
-const LARGEST: u64 = 1 << 20;
+const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// Settings of one arm.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,8 +46,8 @@ pub struct KnownArm {
     pub port: Target,
     /// True if a laser may be mounted on it.
     pub laser: bool,
-    /// Lower limit of J2, deg. `None` for the limit of the model, with a warning below the limit
-    /// that all arms reach.
+    /// Lower limit of J2, deg. If `None`, the limit of the model applies, and angles below the
+    /// limit that every arm reaches give a warning.
     pub lowest_j2: Option<f64>,
     /// Fence of the arm, if any.
     pub fence: Option<Fence>,
@@ -116,11 +116,11 @@ pub fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     Some(config.or_else(local)?.join("magician").join("config.toml"))
 }
 
-/// Reads the arms from the user's settings file. A missing file has none.
+/// Reads the arms from the user's settings file. A missing file counts as a file without arms.
 ///
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) with file, line and column if the file cannot
-/// be read. A caller must not move the arm without its fence then.
+/// be read. The fences are unknown after this error, so the caller must not move an arm.
 pub fn load() -> Result<Vec<KnownArm>> {
     match file() {
         Some(path) => load_from(&path),
@@ -142,7 +142,7 @@ pub fn load_from(path: &Path) -> Result<Vec<KnownArm>> {
     match std::fs::metadata(path) {
         // Most users have no settings file.
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Ok(about) if about.len() > LARGEST => {
+        Ok(about) if about.len() > MAX_FILE_BYTES => {
             return Err(unreadable(&"it is too large for a settings file"));
         }
         // Other errors appear again when the file is read, with the same text.
@@ -190,10 +190,10 @@ pub fn read(table: &Spanned<DeValue<'_>>) -> std::result::Result<Vec<KnownArm>, 
             "write [arms.NAME] and its values below it",
         ));
     };
-    arms.iter().map(|(name, arm)| one(name, arm)).collect()
+    arms.iter().map(|(name, arm)| read_arm(name, arm)).collect()
 }
 
-fn one(
+fn read_arm(
     name: &Spanned<std::borrow::Cow<'_, str>>,
     arm: &Spanned<DeValue<'_>>,
 ) -> std::result::Result<KnownArm, Flaw> {
@@ -398,7 +398,7 @@ lowest_j2 = -9
 ";
 
     #[test]
-    fn an_arm_is_known_by_its_port() {
+    fn arm_is_found_by_its_port() {
         let arms = read_text(FILE).expect("it is right");
         let known = |port: &str| at(&arms, &port.parse().expect("a port"));
         let white = known("udp:192.168.1.5:8899").expect("the white one");
@@ -424,7 +424,7 @@ lowest_j2 = -9
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_place() {
+    fn error_names_its_line_and_setting() {
         let fence = |line: &str| format!("[arms.white]\nport = 'COM3'\n[arms.white.fence]\n{line}");
         for (text, line, part) in [
             ("arms = 3".to_owned(), 1, "[arms.NAME]"),
@@ -477,7 +477,7 @@ lowest_j2 = -9
 
     #[test]
     #[cfg(unix)]
-    fn the_file_has_its_place_or_the_one_that_is_named() {
+    fn settings_path_is_the_named_or_the_default_one() {
         let with = |name: &'static str, value: &'static str| {
             file_by(move |asked| (asked == name).then(|| value.into()))
         };
@@ -490,7 +490,7 @@ lowest_j2 = -9
     }
 
     #[test]
-    fn a_file_that_cannot_be_read_is_told_with_line_and_column() {
+    fn error_of_a_file_has_line_and_column() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("config.toml");
         assert_eq!(load_from(&path).expect("nothing there"), []);

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use magician_protocol::UDP_PORT;
 
 use crate::ports::{self, Port};
-use crate::{Error, ErrorCode, Result, Setting, SettingValue};
+use crate::{Error, ErrorCode, Result, Setting, SettingValue, message};
 
 /// Address of an arm, in the text form of `--port`.
 ///
@@ -159,7 +159,7 @@ impl Target {
                 (host, Some(port)) => Ok(Self::Tcp { host, port }),
                 (host, None) => Err(Error::new(
                     ErrorCode::InvalidPort,
-                    format!("'{text}' has no port: write tcp:{host}:PORT"),
+                    message!("'{text}' has no port: write tcp:{host}:PORT", text, host),
                 )),
             },
             ("ble", Some(name)) if !name.is_empty() => Ok(Self::Ble(name.to_owned())),
@@ -176,7 +176,7 @@ impl Target {
 fn bad(text: &str) -> Error {
     Error::new(
         ErrorCode::InvalidPort,
-        format!("'{text}' is not a port; use {FORMS}"),
+        message!("'{text}' is not a port; use {forms}", text, forms = FORMS),
     )
 }
 
@@ -232,8 +232,9 @@ fn parse_speed(text: &str) -> Result<SimSpeed> {
         Ok(times) if times.is_finite() && times > 0.0 => Ok(SimSpeed::Times(times)),
         _ => Err(Error::new(
             ErrorCode::InvalidPort,
-            format!(
-                "'{text}' is not a speed for the virtual arm: write sim:max, or sim:N with a number above 0"
+            message!(
+                "'{text}' is not a speed for the virtual arm: write sim:max, or sim:N with a number above 0",
+                text
             ),
         )),
     }
@@ -244,7 +245,7 @@ pub(crate) fn split_port(address: &str, form: &str) -> Result<(String, Option<u1
     let wrong = || {
         Error::new(
             ErrorCode::InvalidPort,
-            format!("'{address}' is not an address; use {form}"),
+            message!("'{address}' is not an address; use {form}", address, form),
         )
     };
     let (host, port) = match address.strip_prefix('[') {
@@ -319,7 +320,10 @@ impl Target {
             [arm] => return Ok(Self::Serial(arm.path.clone())),
             [] => {
                 let found = ports::list(found);
-                let message = format!("no arm found ({found}); is it switched on and plugged in?");
+                let message = message!(
+                    "no arm found ({found}); is it switched on and plugged in?",
+                    found
+                );
                 Error::new(ErrorCode::NoArm, message)
                     .remedy((Setting::Port, SettingValue::Any("PORT")), "names its port")
                     .remedy(
@@ -329,7 +333,7 @@ impl Target {
             }
             several => {
                 let several = ports::list(several.iter().copied());
-                let message = format!("several arms found: {several}");
+                let message = message!("several arms found: {several}", several);
                 Error::new(ErrorCode::SeveralArms, message)
                     .remedy((Setting::Port, SettingValue::Any("PORT")), "chooses one")
             }

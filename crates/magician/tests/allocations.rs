@@ -61,7 +61,7 @@ struct StreamLoop {
     /// Loses one frame in this many.
     loss: u64,
     frames: u64,
-    told: u64,
+    answered: u64,
     /// End position of the last accepted command, as in the answer to GetPose.
     pose: [u8; 32],
 }
@@ -80,7 +80,7 @@ impl StreamLoop {
             line: VecDeque::with_capacity(64),
             loss,
             frames: 0,
-            told: 0,
+            answered: 0,
             pose: [0; 32],
         }
     }
@@ -112,7 +112,7 @@ impl StreamLoop {
         self.ask();
         self.exchange();
         while let Some(event) = self.host.poll_event() {
-            self.told += u64::from(matches!(event, Event::Done { .. }));
+            self.answered += u64::from(matches!(event, Event::Done { .. }));
         }
     }
 
@@ -126,7 +126,7 @@ impl StreamLoop {
         stream.advance(now, &mut self.host);
         self.exchange();
         while let Some(Event::Done { ticket, result }) = self.host.poll_event() {
-            self.told += u64::from(stream.answered(now, ticket, &result, &mut self.host));
+            self.answered += u64::from(stream.answered(now, ticket, &result, &mut self.host));
         }
         while let Some(event) = stream.poll_event() {
             assert!(!matches!(event, StreamEvent::Failed(_)), "{event:?}");
@@ -203,10 +203,14 @@ fn a_stream_allocates_nothing_whatever_the_line_loses() {
             ..StreamSettings::default()
         });
         (0..3_000).for_each(|_| bench.pass_stream(&mut stream));
-        let (before, told) = (COUNT.get(), bench.told);
+        let (before, answered) = (COUNT.get(), bench.answered);
         (0..20_000).for_each(|_| bench.pass_stream(&mut stream));
         assert_eq!(COUNT.get() - before, 0, "window {window}, loss {loss}");
-        assert!(bench.told > told + 1_000, "{}", bench.told - told);
+        assert!(
+            bench.answered > answered + 1_000,
+            "{}",
+            bench.answered - answered
+        );
     }
 }
 
@@ -215,10 +219,10 @@ fn a_steady_state_allocates_nothing() {
     for (window, loss) in [(1, 0), (4, 0), (8, 0), (1, 23), (4, 101)] {
         let mut bench = StreamLoop::new(window, loss);
         (0..3_000).for_each(|_| bench.pass());
-        let (before, told) = (COUNT.get(), bench.told);
+        let (before, answered) = (COUNT.get(), bench.answered);
         (0..20_000).for_each(|_| bench.pass());
         assert_eq!(COUNT.get() - before, 0, "window {window}, loss {loss}");
-        assert!(bench.told > told + 10_000);
+        assert!(bench.answered > answered + 10_000);
         assert!(bench.frames > 2_000);
     }
 }

@@ -3,7 +3,7 @@
 use magician_protocol::commands::{EMotor, EMotorS};
 use magician_protocol::{Flag, Set, Stepper};
 
-use crate::{Error, Result};
+use crate::{Error, Result, message};
 
 /// Pulses per millimetre of the vendor's conveyor: 16,000 per turn of its roller, which has a
 /// diameter of 34 mm (model section 13; the figure in the vendor's own demonstration makes it run
@@ -14,7 +14,7 @@ pub const CONVEYOR_PULSES_PER_MM: f64 = 16_000.0 / (34.0 * std::f64::consts::PI)
 /// stalls. Front ends that take a speed from a user refuse a higher one.
 pub const CONVEYOR_FASTEST: f64 = 120.0;
 
-/// Longest distance of a single conveyor command, mm: about 28 km.
+/// Longest distance of a single conveyor command, mm: about 28.7 km.
 pub const CONVEYOR_FARTHEST: f64 = u32::MAX as f64 / CONVEYOR_PULSES_PER_MM;
 
 /// Highest pulse rate, pulses/s: no motor follows faster ones, and the arm reads far larger numbers
@@ -68,12 +68,12 @@ pub fn conveyor(index: Stepper, mm_per_s: f32) -> Set {
     motor(index, pulse_rate(mm_per_s))
 }
 
-/// Moves the conveyor on this motor output by this distance, mm, at this speed, mm/s (of either
-/// sign).
+/// Moves the conveyor on this motor output by this distance, mm, at this speed, mm/s (its sign is
+/// ignored).
 ///
 /// The sign of the distance is the direction. In the queue the command finishes when the conveyor
-/// stands still. The arm counts whole pulses, so the distance is exact to 0.0034 mm, and at most 28
-/// km.
+/// stands still. The arm counts whole pulses, so the distance is exact to 0.0034 mm. It is limited
+/// to [`CONVEYOR_FARTHEST`].
 #[must_use]
 pub fn conveyor_by(index: Stepper, mm: f32, mm_per_s: f32) -> Set {
     let speed = pulse_rate(mm_per_s.abs().copysign(mm));
@@ -92,8 +92,10 @@ pub fn conveyor_speed(mm_per_s: f32) -> Result<f32> {
     if f64::from(mm_per_s).abs() <= CONVEYOR_FASTEST {
         Ok(mm_per_s)
     } else {
-        Err(Error::invalid(format!(
-            "{mm_per_s} mm/s: the belt reaches {CONVEYOR_FASTEST:.0} mm/s in either direction; above it its motor stalls"
+        Err(Error::invalid(message!(
+            "{speed} mm/s: the belt reaches {fastest:.0} mm/s in either direction; above it its motor stalls",
+            speed = mm_per_s,
+            fastest = CONVEYOR_FASTEST
         )))
     }
 }

@@ -8,7 +8,7 @@ use magician_protocol::commands::{
 use magician_protocol::{IoFunction, PoCmd, PoList, Set, TriggerCondition, TriggerMode};
 
 use super::rail::{MAX_OUTPUTS, no_move};
-use crate::{Error, Result};
+use crate::{Error, Result, message};
 
 /// Makes the queue wait, with millisecond resolution and for at most 49 days (document 1.13.1,
 /// errata E34).
@@ -174,7 +174,11 @@ pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
     let list = PoList::new(&list).filter(|_| list.len() <= most);
     let po = list.ok_or_else(|| {
         let count = outputs.len();
-        Error::invalid(format!("{count} outputs on the way, limit {most}"))
+        Error::invalid(message!(
+            "{count} outputs on the way, limit {most}",
+            count,
+            most
+        ))
     })?;
     macro_rules! switching {
         ($to:ident, $ptp:ident $(, $l:ident)?) => {

@@ -7,7 +7,7 @@ use magician_protocol::commands::JogCmd;
 use magician_protocol::{Flag, JogCommand, Set};
 
 use super::{line_by, move_joints_by, rail_by};
-use crate::{Action, Error, ErrorCode};
+use crate::{Action, Error, ErrorCode, Message, message};
 
 /// An axis that can be jogged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -192,7 +192,7 @@ impl From<JogDirection> for JogCmd {
             Axis::J2 => (Flag::ON, Axis2Plus, Axis2Minus),
             Axis::J3 => (Flag::ON, Axis3Plus, Axis3Minus),
             Axis::J4 => (Flag::ON, Axis4Plus, Axis4Minus),
-            // The frame does not matter to the rail; the joint flag is a choice.
+            // The coordinate frame does not matter to the rail; the joint flag is a choice.
             Axis::L => (Flag::ON, RailPlus, RailMinus),
         };
         let cmd = if direction.forward { plus } else { minus };
@@ -215,29 +215,29 @@ impl TryFrom<&Set> for JogDirection {
     type Error = Error;
 
     fn try_from(command: &Set) -> Result<Self, Error> {
-        let wrong = |message: &'static str| {
+        let wrong = |message: Message| {
             Error::new(ErrorCode::WrongCommand, message).with_command(command.row().set_name)
         };
         let Set::JogCmd(jog) = command else {
-            return Err(wrong("it is not a jog command"));
+            return Err(wrong(message!("it is not a jog command")));
         };
         let axes = if jog.is_joint.is_on() {
             [Axis::J1, Axis::J2, Axis::J3, Axis::J4]
         } else {
             [Axis::X, Axis::Y, Axis::Z, Axis::R]
         };
-        // The rail has its own values in both frames.
+        // The rail has its own values in both coordinate frames.
         let (axis, forward) = match jog.cmd {
             JogCommand::RailPlus => (Axis::L, true),
             JogCommand::RailMinus => (Axis::L, false),
             JogCommand::Stop => {
-                let stop = wrong("a stop does not begin a jog");
+                let stop = wrong(message!("a stop does not begin a jog"));
                 return Err(stop.remedy(Action::StopJog, "ends one"));
             }
             other => match other.axis() {
                 Some((number, forward)) => (axes[number], forward),
                 // A value beyond the protocol's: the arm's behaviour is unknown.
-                None => return Err(wrong("unknown axis")),
+                None => return Err(wrong(message!("unknown axis"))),
             },
         };
         Ok(Self { axis, forward })
@@ -257,7 +257,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_direction_is_the_same_as_text_and_as_command() {
+    fn direction_round_trips_through_text_and_command() {
         for axis in Axis::ALL {
             for direction in [axis.plus(), axis.minus()] {
                 assert_eq!(direction.to_string().parse(), Ok(direction));

@@ -109,7 +109,7 @@ pub fn circle(via: [f32; 4], over: [f32; 4], turns: u32) -> Set {
 /// [`path_speed`](super::path_speed) sets the speed.
 #[must_use]
 pub fn path_to(x: f32, y: f32, z: f32) -> Set {
-    // Reserved in CPCmd, and laser power in CPLECmd (errata E32).
+    // The last field is reserved in CPCmd; in CPLECmd it is the laser power (errata E32).
     let (cp_mode, velocity_or_power) = (CpMode::Absolute, 0.0);
     CpCmd {
         cp_mode,

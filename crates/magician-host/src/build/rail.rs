@@ -5,7 +5,7 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{PtpMode, RailVersion, Set};
 
-use crate::{Error, ErrorCode, Result};
+use crate::{Error, ErrorCode, Result, message};
 
 /// Declares that the arm is on a rail, and its generation (document 1.3.4, errata E15). Without
 /// this the arm ignores rail positions silently.
@@ -49,7 +49,7 @@ pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
 ///
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for any other command than a point-to-point
-/// move, or has more than 56 outputs.
+/// move, and for a move with more than 56 outputs.
 pub fn with_rail(command: Set, l: f32) -> Result<Set> {
     macro_rules! on_rail {
         ($to:ident, $ptp:ident $(, $po:ident)?) => {
@@ -69,9 +69,12 @@ pub fn with_rail(command: Set, l: f32) -> Result<Set> {
         Set::PtpCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
         Set::PtpWithLCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
         // The list fits the frame without a rail position, but not with one.
-        Set::PtpPoCmd(ptp) if ptp.po.as_slice().len() > MAX_OUTPUTS => Err(Error::invalid(
-            format!("a move with the rail can switch at most {MAX_OUTPUTS} outputs"),
-        )),
+        Set::PtpPoCmd(ptp) if ptp.po.as_slice().len() > MAX_OUTPUTS => {
+            Err(Error::invalid(message!(
+                "a move with the rail can switch at most {most} outputs",
+                most = MAX_OUTPUTS
+            )))
+        }
         Set::PtpPoCmd(ptp) => Ok(on_rail!(PtpPoWithLCmd, ptp, po)),
         Set::PtpPoWithLCmd(ptp) => Ok(on_rail!(PtpPoWithLCmd, ptp, po)),
         other => Err(no_move(&other)),
@@ -82,8 +85,8 @@ pub fn with_rail(command: Set, l: f32) -> Result<Set> {
 pub(super) const MAX_OUTPUTS: usize = 56;
 
 pub(super) fn no_move(command: &Set) -> Error {
-    Error::new(ErrorCode::WrongCommand, "it is not a point-to-point move")
-        .with_command(command.row().set_name)
+    let message = message!("it is not a point-to-point move");
+    Error::new(ErrorCode::WrongCommand, message).with_command(command.row().set_name)
 }
 
 /// Moves only the carriage to `l` mm (0 to 1000); the arm keeps the joint angles of this pose, as

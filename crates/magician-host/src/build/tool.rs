@@ -7,7 +7,7 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Flag, Set};
 
-use crate::{Error, Result};
+use crate::{Error, Result, message};
 
 /// Sets the position of the tool's tip relative to the flange. Poses refer to that tip from then
 /// on.
@@ -16,17 +16,18 @@ pub fn tool(bias: ToolBias) -> Set {
     tool_to_wire(bias).into()
 }
 
-/// Sets the tool as [`tool`], by name: `none`, `suction`, `gripper`, `pen`, `laser`.
+/// Like [`tool`], by name: `none`, `suction`, `gripper`, `pen`, `laser`.
 ///
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for another name; the message lists these.
 pub fn tool_named(name: &str) -> Result<Set> {
-    // Names of the vendor's tools; other tools have a bias of their own.
+    // Only the vendor's tools have names; any other tool is set by its bias.
     ToolBias::named(name).map(tool).ok_or_else(|| {
         let names: Vec<_> = ToolBias::NAMED.iter().map(|(name, _)| *name).collect();
-        Error::invalid(format!(
-            "unknown tool '{name}'; there are {}",
-            names.join(", ")
+        Error::invalid(message!(
+            "unknown tool '{name}'; there are {names}",
+            name,
+            names = names.join(", ")
         ))
     })
 }

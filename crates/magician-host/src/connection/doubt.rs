@@ -5,7 +5,7 @@
 //! *doubt*: the connection reads current index and left space until two pairs are equal, and then
 //! knows whether the controller has taken it (proof in the head of [`connection`](super)).
 //! Everything else ends as [`Failure::Uncertain`]. This file also drops requests after a stop or
-//! reset and ends them at their deadline.
+//! reset and ends requests at their deadline.
 
 use magician_protocol::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
@@ -52,7 +52,7 @@ impl Connection {
                 self.flight.remove(at);
                 self.note_clock_timeout();
             }
-            // A reading of the duplicate check: repeat it, or drop it if its doubt is over.
+            // No doubt needs this reading: retransmit it if the duplicate check does, or drop it.
             (Purpose::Current | Purpose::Left, _) if self.doubt.is_none() => {
                 let sent = job.sent;
                 if self.retries_reading(sent)
@@ -200,8 +200,9 @@ impl Connection {
         }
     }
 
-    /// Over datagrams: ends a command after which the controller has taken more commands than were
-    /// sent, up to index `to`. Which ones is unknown; the next index follows `to`.
+    /// Over datagrams: ends a command in doubt when the controller has taken more commands than
+    /// were sent, up to index `to`. Which of them are duplicates is unknown; counting continues
+    /// after `to`.
     pub(super) fn end_after_surplus(&mut self, job: Job, to: u64) {
         let from = self.tracker.last().map(|last| last.saturating_add(1));
         let failure = Failure::Uncertain { from, to: Some(to) };
@@ -238,7 +239,7 @@ impl Connection {
         }
     }
 
-    /// Drops the queued commands that wait.
+    /// Drops the queued commands that were not sent yet.
     fn drop_waiting(&mut self) {
         let lane = Priority::Stream as usize;
         while let Some(at) = self.lanes[lane].iter().position(Job::queued) {
@@ -271,14 +272,14 @@ impl Connection {
             }
         }
         if let Some(doubt) = self.doubt.take() {
-            // Settling the doubt would need readings of a queue that the stop is about to clear.
+            // Readings prove nothing after a reset, or after the Clear that most stops include.
             self.uncertain(doubt.job);
         }
         let dropped = |job: &Job| job.priority == Priority::Stream && !spares(job);
         while let Some(at) =
             (self.flight.iter()).position(|job| job.needs_retransmit && dropped(job))
         {
-            // Due jobs are known to have had no effect, or may be repeated.
+            // A job due for retransmission had no effect, or may be repeated.
             let job = self.flight.remove(at);
             self.done(job.ticket, Err(Failure::Stopped));
         }
@@ -293,8 +294,9 @@ impl Connection {
             while let Some(at) = self.lanes[lane].iter().position(|job| job.deadline <= now) {
                 if let Some(job) = self.lanes[lane].remove(at) {
                     let failure = if job.queued() && self.tracker.draining() {
+                        // The queue never drained, so the controller is busy rather than
+                        // unreachable.
                         Failure::Draining
-                    // The queue never drained, so the controller is busy rather than unreachable.
                     } else {
                         Failure::Timeout { sent: 0 }
                     };

@@ -15,10 +15,10 @@ use super::planted_bug::{PlantedBug, is_planted};
 use super::{Connection, Micros};
 
 /// Attempts per reading before it is given up.
-// A choice: the command then waits for its lifetime.
+// A choice: the next command then waits for the lifetime of the previous one.
 const MAX_ATTEMPTS: u32 = 4;
 
-/// Conditions for sending the next queued command.
+/// State of the check that precedes the next queued command.
 #[derive(Clone, Debug)]
 pub(super) struct DuplicateCheck {
     /// Instant at which the last queued command was sent.
@@ -30,17 +30,18 @@ pub(super) struct DuplicateCheck {
     current: Option<u64>,
     pair: Option<(u64, u32)>,
     /// True if the readings are inconclusive. The next command then waits for the lifetime of the
-    /// last.
+    /// previous one.
     unclear: bool,
-    /// Next instant at which something becomes due.
+    /// Instant at which the readings are due or, if they are inconclusive, the lifetime is over.
+    /// `None` once it has passed.
     wakes: Option<Micros>,
 }
 
 impl Connection {
     /// Starts the check for a queued command that is sent for the `nth` time.
     ///
-    /// At the end of the wait its first copy is assumed lost. If it arrives nevertheless, it does
-    /// so before the next command is sent, and is seen.
+    /// A command is sent again only when its first copy is assumed lost. If that copy arrives after
+    /// all, it does so during this wait, and the readings reveal it.
     pub(super) fn begin_duplicate_check(&mut self, now: Micros, nth: u32) {
         if self.settings.ordered
             || self.settings.echo == 0
@@ -170,7 +171,8 @@ impl Connection {
                 self.duplicate_check = None;
                 self.unaccounted(tail.unwrap_or(current));
             }
-            // Neither clean nor a clear surplus: another host may be at work, so fall back to time.
+            // Neither clean nor a clear surplus: another host may be at work, so wait for the
+            // lifetime.
             _ => {
                 if let Some(duplicate_check) = &mut self.duplicate_check {
                     duplicate_check.give_up(self.lifetime.get());

@@ -6,9 +6,9 @@ use super::{Micros, Settings};
 ///
 /// The timeout is the smoothed round trip plus four times its deviation, between
 /// [`Settings::floor`] and [`Settings::ceiling`]. Each loss doubles it and a reply ends the
-/// doubling; retransmitted requests are not sampled (Karn's algorithm). A request without a reply
-/// by then is retransmitted until its deadline; a queued command only once it is certain that the
-/// controller has not taken it.
+/// doubling; retransmitted requests are not sampled (Karn's algorithm). An idempotent request
+/// without a reply by then is retransmitted until its deadline, a queued command only once it is
+/// certain that the controller has not taken it, and any other request never.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimator {
     smoothed: Option<Micros>,

@@ -4,7 +4,8 @@ use super::Micros;
 use super::law::QueueReading;
 
 /// Time after which a queue that stays as empty as it was ever seen counts as drained.
-// A choice: if a foreign command runs longer, readings are inconclusive, but commands flow again.
+// A choice: if another host's command runs longer, readings are inconclusive, but commands flow
+// again.
 const DRAINED_AFTER: Micros = 1_000_000;
 /// Equal readings needed on an unordered link, where a single one may be old.
 const REQUIRED_EQUAL_READINGS: u32 = 2;
@@ -45,12 +46,12 @@ pub(super) struct IndexTracker {
     /// All indices up to here are certain. Below `last` only while several commands are in flight.
     confirmed: Option<u64>,
     floor: Floor,
-    /// First known value of the floor since it was lost, whatever the left space said later. The
-    /// left space itself is checked against it.
+    /// First known value of the floor since it was lost, whatever the left space said later.
+    /// Readings of the left space are checked against it.
     base: Floor,
     /// Current index read last.
     current: u64,
-    /// True if a lower current index was read last and not yet believed.
+    /// True if the last reading of the current index was lower, which is not confirmed yet.
     suspect: bool,
     /// Left space that stays constant while the queue drains, and since when.
     stands: Option<(u32, Micros)>,
@@ -60,7 +61,7 @@ pub(super) struct IndexTracker {
     clears: u32,
     /// True if the queue was seen empty and nothing was sent since.
     seen_empty: bool,
-    /// Current index read since then, and how many times.
+    /// Current index read since the queue was seen empty, and the number of equal readings.
     rest_candidate: Option<(u64, u32)>,
     /// Current index of the arm at rest, while nothing is accepted.
     rest: Option<u64>,
@@ -89,7 +90,7 @@ impl Floor {
         }
     }
 
-    /// Floor corrected for a number that was too low by `more`.
+    /// Floor raised by `more`, by which the estimated index was too low.
     fn plus(self, more: u64) -> Self {
         match self {
             Self::Known(floor) => Self::Known(floor.saturating_add(more)),
@@ -173,7 +174,7 @@ impl IndexTracker {
     /// except a repeat of the last reply.
     pub(super) fn follows(&self, index: u64) -> bool {
         match self.last {
-            // The guess may be too low by what a Clear dropped.
+            // The guess may be too low by the number of commands that a Clear dropped.
             Some(last) if self.guessed => index > last,
             Some(last) => last.checked_add(1) == Some(index),
             None => self.heard != Some(index),
@@ -251,16 +252,16 @@ impl IndexTracker {
 
     /// Marks the first `order` commands sent as certain, because none of them is unanswered.
     ///
-    /// Consecutive indices without a gap belong to them in turn. A command sent twice in between
-    /// makes this err towards fewer.
+    /// Without a gap, commands get consecutive indices in the order of sending. If one of them was
+    /// sent twice, the confirmed index is too low, which is safe.
     pub(super) fn confirm_to(&mut self, order: u64) {
         let behind = self.order.saturating_sub(order);
         let known = self.last.and_then(|last| last.checked_sub(behind));
         self.confirmed = self.confirmed.max(known);
     }
 
-    /// Interval of indices that may belong to `unanswered` commands in flight and to accepted ones
-    /// without certainty.
+    /// Interval of indices that may belong to `unanswered` commands in flight and to accepted
+    /// commands that are not confirmed yet.
     pub(super) fn doubt(&self, unanswered: u64) -> (Option<u64>, Option<u64>) {
         let from = self.confirmed.or(self.rest);
         let from = from.map(|index| index.saturating_add(1));
@@ -284,7 +285,8 @@ impl IndexTracker {
         (self.rest, self.guessed) = (None, false);
     }
 
-    /// Does the same as [`forget`](Self::forget) when no earlier reply can arrive any more.
+    /// Like [`forget`](Self::forget), and accepts any next index, because no earlier reply can
+    /// arrive any more.
     pub(super) fn begin_anew(&mut self) {
         self.forget();
         self.heard = None;
@@ -342,7 +344,8 @@ impl IndexTracker {
         self.base.head(current)
     }
 
-    /// Derives the queue's head from a left space. `None` while too little is known.
+    /// Combines a left space with the indices known, to check the law. `None` while too little is
+    /// known.
     pub(super) fn look(&self, left: u32) -> Option<QueueReading> {
         if !self.capacity_is_known || self.draining {
             return None;
@@ -482,7 +485,7 @@ mod tests {
 
     #[test]
     fn nothing_is_concluded_from_a_queue_of_unknown_depth() {
-        // 31 places, never seen to be 32: a waiting command may be a missing place.
+        // 31 places instead of 32: an occupied place cannot be told from a missing one.
         let mut tracker = IndexTracker::new(32);
         tracker.read_left(31, true, 0);
         tracker.accept(1, 1);

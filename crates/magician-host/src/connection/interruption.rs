@@ -1,7 +1,7 @@
 //! Lost lines, and the checks before a restored line is used.
 //!
-//! A line may break with a command in doubt, and what is at its end afterwards may be the same
-//! controller, a restarted one, or one whose queue another connection cleared. So after
+//! A line may break with a command in doubt. The controller at its end afterwards may be the same
+//! one, a restarted one, or one whose queue another connection cleared. So after
 //! [`Connection::restored`] the controller's clock, current index and left space are read before
 //! anything of the stream is sent.
 
@@ -11,8 +11,8 @@ use super::doubt::Doubt;
 use super::job::{Job, Policy, Purpose};
 use super::{Connection, Failure};
 
-/// Attempts to read the controller's clock on a restored line. A controller that does not answer
-/// has no clock, and must not block the line for ever. The number is a choice.
+/// Attempts to read the controller's clock on a restored line. A controller without a clock does
+/// not answer, and must not block the line for ever. The number is a choice.
 const CLOCK_TRIES: u32 = 3;
 
 /// State of the line, from the connection's point of view.
@@ -22,7 +22,7 @@ pub(super) enum Link {
     Up,
     /// The line is lost; nothing is sent.
     Down,
-    /// The line is restored and what is at its end is being checked; nothing of the stream is sent.
+    /// The line is restored and its controller is being checked; nothing of the stream is sent.
     Restored(RestoredReadings),
 }
 
@@ -61,7 +61,7 @@ impl Connection {
         if let Some(job) = kept.take_if(|_| !clocked) {
             self.uncertain(job);
         }
-        // Replies can no longer arrive, so each job ends now.
+        // A late reply on the restored line answers no job, so each job ends now.
         while let Some(job) = self.flight.pop() {
             match job.policy {
                 // The connection's own readings have no caller.
@@ -87,7 +87,7 @@ impl Connection {
         self.link = Link::Down;
     }
 
-    /// Reports that the line to the same arm is there again.
+    /// Reports that the line to the same arm works again.
     ///
     /// Before anything of the stream is sent, the controller's clock, current index and left space
     /// are read; a reset in between causes an [`Event::Reset`](super::Event). A command in doubt
@@ -108,7 +108,7 @@ impl Connection {
         self.note_clear();
     }
 
-    /// Removes the single queued command that is unaccounted for. `None` without one, or
+    /// Removes the single queued command that is unaccounted for. `None` if there is none, or
     /// several.
     fn take_single(&mut self) -> Option<Job> {
         if let Some(Doubt { job, .. }) = self.doubt.take() {
@@ -140,7 +140,7 @@ impl Connection {
             Purpose::Clock => seen.clock = true,
             Purpose::Current => seen.current = true,
             Purpose::Left => seen.left = true,
-            // Fences and requests of callers say nothing about the controller at the end.
+            // Only the three readings above are noted.
             _ => {}
         }
         if seen.clock && seen.current && seen.left {

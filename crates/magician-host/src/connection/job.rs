@@ -13,9 +13,9 @@ pub(super) enum Purpose {
     Caller,
     /// Fence: its reply proves that older replies can no longer arrive.
     Fence,
-    /// Reads the current index for a command in doubt.
+    /// Reads the current index: for a command in doubt, a restored line or the duplicate check.
     Current,
-    /// Reads the left space for a command in doubt.
+    /// Reads the left space, for the same purposes.
     Left,
     /// Reads the controller's clock on a restored line.
     Clock,
@@ -123,8 +123,9 @@ pub fn must_not_repeat(request: &Frame<'_>) -> bool {
     policy(request) != Policy::Resend
 }
 
-/// Chooses the policy of a frame: gets may always be retransmitted, immediate sets if their row
-/// says so, and a queued command is answered with an index. Ids outside the table are sent once.
+/// Chooses the policy of a frame. Gets may always be retransmitted, immediate sets if their row
+/// says so, and a queued command only after a doubt. Sets with an id outside the table are sent
+/// once.
 fn policy(frame: &Frame<'_>) -> Policy {
     let (id, ctrl) = (frame.id(), frame.ctrl());
     match Row::with_id(id) {

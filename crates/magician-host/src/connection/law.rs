@@ -115,8 +115,10 @@ pub(super) struct IndexLawMonitor {
     /// Index in the last reply, correct or not. `None` if the next index cannot be compared with
     /// it.
     last: Option<u64>,
-    good: u32,
-    odd: u32,
+    /// Number of consecutive steps of +1.
+    consecutive_steps: u32,
+    /// Number of consecutive steps other than +1, of commands that travelled alone.
+    consecutive_mismatches: u32,
     /// Highest current index read since power-up.
     highest: u64,
     /// Index given to a command, and a current index, not lower, that was read before the command
@@ -139,9 +141,9 @@ struct LeftSpaceCheck {
     /// whether another host queued some of them.
     excess: Option<QueueReading>,
     /// Consecutive mismatches.
-    strikes: u32,
+    mismatches: u32,
     /// Head at the last mismatch.
-    struck: Option<u64>,
+    last_mismatched_head: Option<u64>,
 }
 
 /// A reading of the left space, from which the queue's head follows.
@@ -186,32 +188,34 @@ impl IndexLawMonitor {
             let went_on = index > 1 && before.checked_add(1) == Some(index);
             self.false_resets = if went_on { self.false_resets + 1 } else { 0 };
             if self.false_resets >= FALSE_RESETS_TO_BREAK {
-                self.breaks(LawViolation::Back { index });
+                self.mark_broken(LawViolation::Back { index });
             }
         }
         let before = self.last.replace(index);
         self.unbroken &= before.is_some_and(|before| before.checked_add(1) == Some(index));
-        if let Some(look) = self.left_space_check.excess.take()
-            && look.last.checked_add(1) == Some(index)
+        if let Some(reading) = self.left_space_check.excess.take()
+            && reading.last.checked_add(1) == Some(index)
         {
-            self.strike(look.reached, look);
+            self.note_mismatch(reading.reached, reading);
         }
         match before.map(|before| (before, before.checked_add(1) == Some(index))) {
             Some((_, true)) => {
                 // An index out of order may be another command's reply, duplicated.
                 self.contradicted = (index <= highest).then_some((index, highest));
-                (self.good, self.odd) = (self.good.saturating_add(1), 0);
+                (self.consecutive_steps, self.consecutive_mismatches) =
+                    (self.consecutive_steps.saturating_add(1), 0);
                 // A broken law stays broken: later good indices do not make the arm reliable.
-                if self.good >= STEPS_TO_TRUST && self.law == IndexLaw::Unknown {
+                if self.consecutive_steps >= STEPS_TO_TRUST && self.law == IndexLaw::Unknown {
                     self.law = IndexLaw::Followed;
                 }
             }
             // In a window a lost command explains the step.
             Some((before, false)) if alone => {
-                (self.good, self.odd) = (0, self.odd + 1);
-                if self.odd >= MISMATCHES_TO_BREAK {
+                (self.consecutive_steps, self.consecutive_mismatches) =
+                    (0, self.consecutive_mismatches + 1);
+                if self.consecutive_mismatches >= MISMATCHES_TO_BREAK {
                     let after = index;
-                    self.breaks(LawViolation::Step { before, after });
+                    self.mark_broken(LawViolation::Step { before, after });
                 }
             }
             // No index before, or commands beside it: nothing follows from the step.
@@ -234,20 +238,20 @@ impl IndexLawMonitor {
             && current >= highest
         {
             let current = highest;
-            self.breaks(LawViolation::Current { current, index });
+            self.mark_broken(LawViolation::Current { current, index });
         }
         if current > self.highest {
             (self.highest, self.unbroken) = (current, true);
         }
-        let (Some((head, look)), Some(reached)) = (self.left_space_check.ahead.take(), reached)
+        let (Some((head, reading)), Some(reached)) = (self.left_space_check.ahead.take(), reached)
         else {
             return;
         };
         if head > reached {
-            self.strike(current, look);
+            self.note_mismatch(current, reading);
         // An empty queue always matches, so only a match in a filled one clears the count.
-        } else if look.waiting > 0 {
-            self.left_space_check.strikes = 0;
+        } else if reading.waiting > 0 {
+            self.left_space_check.mismatches = 0;
         }
     }
 
@@ -266,11 +270,13 @@ impl IndexLawMonitor {
     }
 
     /// Processes a reading of the left space.
-    pub(super) fn look(&mut self, look: QueueReading) {
+    pub(super) fn note_left_space(&mut self, reading: QueueReading) {
         self.drop_open_checks();
-        match look.last.checked_sub(look.waiting.into()) {
-            Some(head) if head >= look.reached => self.left_space_check.ahead = Some((head, look)),
-            _ => self.left_space_check.excess = Some(look),
+        match reading.last.checked_sub(reading.waiting.into()) {
+            Some(head) if head >= reading.reached => {
+                self.left_space_check.ahead = Some((head, reading))
+            }
+            _ => self.left_space_check.excess = Some(reading),
         }
     }
 
@@ -278,22 +284,22 @@ impl IndexLawMonitor {
     ///
     /// Another host's Clear looks the same, but then the implied head stands still until the
     /// current index is right again, so one head counts once.
-    fn strike(&mut self, current: u64, look: QueueReading) {
-        let head = look.last.saturating_sub(look.waiting.into());
-        if self.left_space_check.struck.replace(head) == Some(head) {
+    fn note_mismatch(&mut self, current: u64, reading: QueueReading) {
+        let head = reading.last.saturating_sub(reading.waiting.into());
+        if self.left_space_check.last_mismatched_head.replace(head) == Some(head) {
             return;
         }
-        self.left_space_check.strikes += 1;
-        if self.left_space_check.strikes >= MISMATCHES_TO_BREAK {
-            self.breaks(LawViolation::LeftSpace {
+        self.left_space_check.mismatches += 1;
+        if self.left_space_check.mismatches >= MISMATCHES_TO_BREAK {
+            self.mark_broken(LawViolation::LeftSpace {
                 current,
-                left: look.left,
-                last: look.last,
+                left: reading.left,
+                last: reading.last,
             });
         }
     }
 
-    fn breaks(&mut self, breach: LawViolation) {
+    fn mark_broken(&mut self, breach: LawViolation) {
         if !self.is_broken() {
             self.law = IndexLaw::Broken(breach);
         }

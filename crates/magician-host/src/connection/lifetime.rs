@@ -9,7 +9,7 @@ const MARGIN: u64 = 8;
 // A choice: remembers a bad spell of the network, and forgets it once it is over.
 const MEMORY: Micros = 30_000_000;
 
-/// Longest time that a frame or its reply may still arrive after it was sent.
+/// Longest time after the sending of a frame at which it or its reply may still arrive.
 ///
 /// A network does not say how long it may delay a datagram, but it shows round trips. The longest
 /// of the last minute, times a margin, is taken as the time after which nothing arrives. Replies

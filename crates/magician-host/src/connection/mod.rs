@@ -137,8 +137,8 @@
 //! # What goes first
 //!
 //! A [stop](Priority::Stop) overtakes everything and is handed out at once. Otherwise the stream
-//! goes before reads, but a waiting read gets its turn after a few requests of the stream, the
-//! sooner the more reads wait. With [`Settings::baud`] set, frames are handed out only as fast as
+//! goes before reads, but a waiting read gets its turn after a few requests of the stream, and
+//! sooner if more reads wait. With [`Settings::baud`] set, frames are handed out only as fast as
 //! the line carries them.
 
 mod doubt;
@@ -249,7 +249,8 @@ pub struct Connection {
     order: u64,
     /// Indices given most recently, with the send times of their commands.
     given: VecDeque<(u64, Micros)>,
-    /// Value of `order` when the last frame was sent whose reply settles earlier ones.
+    /// Value of `order` when the last frame other than a queued command was sent. Its reply settles
+    /// all commands sent before it.
     settled: u64,
     /// Instant of the next read while the queue drains. `None`: now.
     drain_at: Option<Micros>,
@@ -469,7 +470,7 @@ impl Connection {
             next = next.min(doubt.job.deadline);
             next = next.min(doubt.not_before.unwrap_or(Micros::MAX));
         }
-        // Without this a frame would wait for the next unrelated event.
+        // A frame held back by the pacing must not wait for an unrelated event.
         next = next.min(self.pace.wakes().unwrap_or(Micros::MAX));
         next = next.min(self.next_check_timeout().unwrap_or(Micros::MAX));
         if let (true, Some(at)) = (self.wants_drain(), self.drain_at) {
@@ -532,7 +533,7 @@ impl Connection {
         let waiting = self.lanes.iter_mut().flatten();
         for job in self.flight.iter_mut().chain(doubt).chain(waiting) {
             job.deadline = job.deadline.saturating_add(time);
-            // MAX: the timer has expired and only the deadline is left.
+            // MAX: the job was not sent yet or its timer has expired, so only the deadline runs.
             if job.timer != Micros::MAX {
                 job.timer = job.timer.max(timer);
             }

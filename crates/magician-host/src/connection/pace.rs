@@ -43,8 +43,8 @@ impl Pace {
         self.wakes.is_none()
     }
 
-    /// True if a short frame may follow one of `before` bytes. A stop then waits no longer than
-    /// behind two frames of `before` bytes.
+    /// True if a shorter frame of `bytes` bytes may follow one of `before` bytes. A stop then waits
+    /// at most `MAX_BACKLOG_NS` plus the time of `before` bytes, as behind any frame of that size.
     pub(super) fn admits_behind(&self, now: Micros, before: usize, bytes: usize) -> bool {
         let spared = self.time(before).saturating_sub(self.time(bytes));
         self.free

@@ -56,8 +56,8 @@ impl Connection {
         if !self.may_pair() {
             return None;
         }
-        let mut flying = self.flight.iter().filter(|job| job.in_window());
-        let (Some(only), None) = (flying.next(), flying.next()) else {
+        let mut in_flight = self.flight.iter().filter(|job| job.in_window());
+        let (Some(only), None) = (in_flight.next(), in_flight.next()) else {
             return None;
         };
         let lane = if only.queued() {
@@ -81,7 +81,7 @@ impl Connection {
     }
 
     /// True if a retransmission must wait, because it would be in flight beside another frame.
-    pub(super) fn waits_alone(&self, job: &Job) -> bool {
+    pub(super) fn must_travel_alone(&self, job: &Job) -> bool {
         let beside = |other: &Job| {
             other.in_window() && !other.needs_retransmit && other.ticket != job.ticket
         };

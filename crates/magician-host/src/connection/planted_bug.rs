@@ -29,7 +29,8 @@ pub(super) enum PlantedBug {
     ConfirmAtOnce,
     /// Reads continue beside queued commands although frames of such pairs were lost.
     PairAfterLoss,
-    /// A controller that answers a read before the command ahead of it is taken for a shared one.
+    /// If the controller answers a read before the command ahead of it, the command's reply counts
+    /// as that of another host's command.
     OneOrderOnly,
 }
 

@@ -52,8 +52,8 @@ impl Connection {
             // This reply shows that the last frame has left the line.
             self.pace.begin_anew();
         }
-        // Jobs that this reply proves lost are handled first: they were sent earlier, and the
-        // answered job may be in the queue in the place of one of them.
+        // Jobs that this reply proves lost are handled first: they were sent earlier, and the index
+        // in the reply may be the one that a lost job would have got.
         let judged_apart = (self.flight.iter().position(|job| job.ticket == copy.ticket))
             .filter(|_| is_planted(PlantedBug::JudgeInWindow));
         if let Some(at) = judged_apart {
@@ -77,9 +77,9 @@ impl Connection {
 
     /// Retransmits a fence at once after a reply to an abandoned request with the fence's key.
     ///
-    /// That reply may have been the fence's own. Copies of the fence cannot be confused with each
-    /// other, so there is no need to wait for its timeout, and a restored line has no time for
-    /// that. Each such reply leaves one old frame less.
+    /// That reply may have been the fence's own. Copies of the fence need not be told apart, so it
+    /// does not wait for its timeout, which would delay a restored line. Each such reply removes
+    /// one old frame.
     fn retransmit_fence(&mut self, key: Key) {
         let fence = |job: &&mut Job| job.purpose == Purpose::Fence && job.key == key;
         if let Some(fence) = self.flight.iter_mut().find(fence) {
@@ -87,8 +87,8 @@ impl Connection {
         }
     }
 
-    /// Handles a reply without a waiting request. If it belongs to a queued command and its index
-    /// is beyond the last, the line duplicated a command (UDP).
+    /// Handles a reply that matches no outstanding frame. If it belongs to a queued command and its
+    /// index is beyond the last, the line duplicated a command (UDP) or another host sent one.
     fn handle_unsolicited(&mut self, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
         let queues = view.ctrl().queued() && !view.ctrl().error();
@@ -108,7 +108,7 @@ impl Connection {
         }
     }
 
-    /// Measures the lifetime by a further reply to a command that was answered before.
+    /// Adds the round trip of a second reply to a recent command to the measured lifetime.
     fn measure_late_reply(&mut self, index: u64, now: Micros) {
         let given = self.given.iter().find(|(given, _)| *given == index);
         let sent = given.map(|(_, sent)| *sent);
@@ -240,12 +240,12 @@ impl Connection {
             return;
         }
         if !self.settings.ordered {
-            // A duplicated reply to another command, or the reply to its second copy; the own reply
-            // may still arrive.
+            // A duplicated reply to another command, or the reply to the second copy of that
+            // command; the reply to this one may still arrive.
             self.outstanding.sent(copy);
             self.measure_late_reply(index, now);
             if alone && self.tracker.is_beyond(index) {
-                // The command was taken, and before it another one: its own second copy.
+                // The command was taken twice: its other copy got the index before this one.
                 self.unaccounted(index.saturating_sub(1));
                 self.rebase(index);
                 return self.done(job.ticket, Ok(*frame));
@@ -304,17 +304,17 @@ impl Connection {
         }
     }
 
-    /// Processes a reading of the left space. `once` is true if it was requested once, so it cannot
-    /// include later commands.
+    /// Processes a reading of the left space. `once` is true if the read was sent only once, so its
+    /// reply cannot include commands sent later.
     fn observe_left(&mut self, left: u32, once: bool, now: Micros) {
         self.note_restore_reading(Purpose::Left);
         // Beside a doubt or on an unordered link a mismatch would prove nothing about the law.
         if self.settings.ordered
             && once
             && self.doubt.is_none()
-            && let Some(look) = self.tracker.look(left)
+            && let Some(reading) = self.tracker.look(left)
         {
-            self.law_monitor.look(look);
+            self.law_monitor.note_left_space(reading);
         }
         self.tracker.read_left(left, self.is_accounted(), now);
     }

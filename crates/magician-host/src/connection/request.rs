@@ -8,7 +8,6 @@ use magician_protocol::{Ctrl, EncodeError, Flag, FrameBuf, Queueable, Readable, 
 use super::Micros;
 use crate::gate::OUTPUTS;
 
-/// Switches the laser off.
 const LASER_OFF: SetEndEffectorLaser = SetEndEffectorLaser {
     enable_ctrl: Flag::OFF,
     on: Flag::OFF,
@@ -39,8 +38,8 @@ pub struct Request {
 }
 
 impl Request {
-    /// Creates a request from any frame. Reads (Ctrl bit 0 clear) are polls, all others belong to
-    /// the stream.
+    /// Creates a request from any frame. Reads (Ctrl bits 0 and 1 clear) are polls, all others
+    /// belong to the stream.
     ///
     /// # Errors
     /// [`EncodeError::TooLong`] for more than 248 parameter bytes.
@@ -87,8 +86,8 @@ impl Request {
         Ok(all.map(|request| request.priority(Priority::Stop)))
     }
 
-    /// The requests that switch both motor outputs off, and a conveyor with them, whoever started
-    /// it. They follow those of [`halt`](Self::halt).
+    /// The requests that switch both motor outputs off, and with them a conveyor, even if another
+    /// program started it. They follow those of [`halt`](Self::halt).
     ///
     /// # Errors
     /// Never in practice; as [`Request::raw`].
@@ -190,8 +189,9 @@ pub enum Failure {
     Refused,
     /// The reply to a queued command carries no index.
     NoIndex,
-    /// The command was dropped before it was sent: by a stop, a reset of the controller, its
-    /// caller, or, above window 1, a gap before it.
+    /// The request was not sent, or not retransmitted after a loss, because of a stop, a reset of
+    /// the controller, its caller, or, above window 1, a gap before it. For a queued command it is
+    /// certain that the controller has not taken it.
     Stopped,
     /// The line broke before a reply arrived. Nothing was done, or it does not matter whether it
     /// was. For a queued command it is certain that the controller has not taken it.
@@ -208,8 +208,8 @@ pub enum Failure {
 #[allow(clippy::large_enum_variant)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Event {
-    /// A request has ended. If a lost reply to a queued command was recovered by reading the queue,
-    /// the frame is the lost one.
+    /// A request has ended. If the reply to a queued command was lost and readings of the queue
+    /// show that the command was taken, the frame is a reconstruction of that reply.
     Done {
         /// Ticket of the request.
         ticket: Ticket,
@@ -219,8 +219,8 @@ pub enum Event {
     /// The controller was reset: its indices or its clock went backwards. Its queue is lost, and
     /// nothing of it is retransmitted.
     Reset,
-    /// The controller has given these indices to commands that this connection did not send, or
-    /// sent once: the line duplicated a datagram, or another host shares the arm.
+    /// The controller has given these indices to commands beyond those that this connection sent:
+    /// the line duplicated a datagram, or another host shares the arm.
     Unaccounted {
         /// First index.
         from: u64,
@@ -307,8 +307,8 @@ impl Settings {
         free_clock: false,
     };
 
-    /// Settings for UDP: datagrams may be lost, duplicated and reordered, for 0.2 to 2 s depending
-    /// on round trips.
+    /// Settings for UDP: datagrams may be lost, duplicated and reordered, and may be under way for
+    /// 0.2 to 2 s, depending on round trips.
     pub const DATAGRAMS: Self = Self {
         ordered: false,
         lifetime: 2_000_000,

@@ -16,8 +16,8 @@ use super::{Connection, IndexLaw, Micros, Priority, Request, Ticket};
 /// reads wait.
 // A choice: reads get at least every fifth frame.
 const MAX_STREAM_STREAK: u32 = 4;
-/// Queued commands in a window above 1, without a request of another kind, after which a fence is
-/// sent: only a reply of another kind, or a moment without any in flight, confirms them.
+/// Number of consecutive queued commands in a window above 1 after which a fence is sent: only a
+/// reply to a request of another kind, or a moment without any in flight, confirms them.
 const MAX_UNFENCED_COMMANDS: u64 = 8;
 /// Reads that every controller answers, used as fences in turn.
 pub(crate) const FENCES: [&Row; 6] = [
@@ -55,7 +55,7 @@ impl Connection {
             return None;
         }
         if let Some(at) = due {
-            if (self.flight.get(at)).is_some_and(|job| self.waits_alone(job)) {
+            if (self.flight.get(at)).is_some_and(|job| self.must_travel_alone(job)) {
                 return None;
             }
             let job = self.flight.remove(at);
@@ -104,7 +104,8 @@ impl Connection {
         }
     }
 
-    /// Next reading for a command in doubt or a restored line. `None` while one is in flight.
+    /// Next reading for a restored line, a command in doubt or the duplicate check. `None` while
+    /// one is in flight.
     fn next_reading(&self, now: Micros) -> Option<Purpose> {
         let readings = [Purpose::Current, Purpose::Left, Purpose::Clock];
         if (self.flight.iter()).any(|job| readings.contains(&job.purpose)) {
@@ -265,8 +266,7 @@ impl Connection {
         // the next request of its key, so wait at least that long.
         let lifetime = (self.lifetime.measured()).filter(|_| !is_planted(PlantedBug::NoLifetime));
         let patience = match job.priority {
-            // Losses must not make a stop rarer: it may be executed twice, and nothing else is sent
-            // meanwhile.
+            // No backoff for a stop: it may be executed twice, and no command is sent meanwhile.
             Priority::Stop => self.estimator.first_timeout(),
             _ => self.estimator.timeout(),
         };

@@ -24,7 +24,7 @@ pub(super) struct Uptime {
     /// True if a single reading was behind and not yet believed.
     suspect: bool,
     /// True if the clock does not follow the host's time.
-    free: bool,
+    independent: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +35,10 @@ struct Reading {
 }
 
 impl Uptime {
-    /// Creates an observer. `free` is true if the clock does not keep pace with the host's.
-    pub(super) fn new(free: bool) -> Self {
+    /// Creates an observer. `independent` is true if the clock does not keep pace with the host's.
+    pub(super) fn new(independent: bool) -> Self {
         Self {
-            free,
+            independent,
             ..Self::default()
         }
     }
@@ -88,13 +88,13 @@ impl Uptime {
         }
         let passed = new.value.wrapping_sub(before.value);
         // More than half of the range is a step back.
-        if passed > u32::MAX / 2 || self.free {
+        if passed > u32::MAX / 2 || self.independent {
             return passed > u32::MAX / 2;
         }
-        let owed = (least / 1000).saturating_mul(self.rate.unwrap_or(MIN_RATE_PER_MILLE))
+        let expected = (least / 1000).saturating_mul(self.rate.unwrap_or(MIN_RATE_PER_MILLE))
             * MIN_PROGRESS_PER_MILLE
             / 1000;
-        u64::from(passed) * 1000 + PROGRESS_TOLERANCE < owed
+        u64::from(passed) * 1000 + PROGRESS_TOLERANCE < expected
     }
 
     fn learn(&mut self, before: Reading, new: Reading) {
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_goes_back_or_falls_behind_shows_a_reset() {
+    fn clock_that_goes_back_or_falls_behind_shows_a_reset() {
         let back = [(0, 90_000), (2_000_000, 1_500)];
         assert_eq!(after(&back, true), [false, true]);
         let behind = [(0, 1_000), (5_000_000, 6_000), (3_600_000_000, 20_000)];
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_runs_over_is_no_reset() {
+    fn clock_that_wraps_is_no_reset() {
         let end = u32::MAX - 900;
         let over = [(0, end), (2_000_000, end.wrapping_add(2_000))];
         assert_eq!(after(&over, true), [false, false]);
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_of_its_own_shows_a_reset_only_by_going_back() {
+    fn independent_clock_shows_a_reset_only_by_going_back() {
         let mut uptime = Uptime::new(true);
         let mut reads = |at, value| uptime.read(value, at, at, true);
         assert!(!reads(0, 1_000));

@@ -3,9 +3,11 @@
 use std::io;
 
 use magician_motion::{MotionError, Unreachable};
-use magician_protocol::{Alarm, AlarmSet, DecodeError, EncodeError, Number, RangeError};
+use magician_protocol::{
+    Alarm, AlarmSet, DecodeError, EncodeError, MAX_PARAMS, Number, RangeError,
+};
 
-use super::{Error, ErrorCode, motion};
+use super::{Error, ErrorCode, motion, range};
 use crate::remedy::Action;
 use crate::{Message, message};
 
@@ -104,7 +106,8 @@ impl Error {
         error
     }
 
-    /// Creates an error for more queued commands than this program sent.
+    /// Creates an error for a controller that has taken more queued commands than this program
+    /// sent. `from` and `to` are the first and last surplus index.
     pub fn unaccounted(from: u64, to: u64) -> Self {
         let message = message!(
             "the arm has taken more commands than this program sent (up to queue index {to}): the \
@@ -135,8 +138,8 @@ impl Error {
             io::ErrorKind::PermissionDenied => {
                 message!("refused: {cause}", cause = source.to_string())
             }
-            // A program at the other end states in its own words why the line is over, and no cable
-            // is to blame. The system's own errors of this kind have no text.
+            // The program at the other end states why it ended the connection, so the advice on the
+            // cable would mislead. The system's own errors of this kind have no text.
             io::ErrorKind::ConnectionAborted if source.get_ref().is_some() => {
                 source.to_string().into()
             }
@@ -162,14 +165,24 @@ pub(super) fn span(from: u64, to: u64) -> Message {
 
 impl From<EncodeError> for Error {
     fn from(error: EncodeError) -> Self {
-        Self::invalid(error.to_string())
+        let message = match error {
+            EncodeError::TooLong { needed } => message!(
+                "{needed} parameter bytes, a frame carries {most}",
+                needed,
+                most = MAX_PARAMS
+            ),
+            // No other error exists yet.
+            _ => error.to_string().into(),
+        };
+        debug_assert_eq!(message, error.to_string());
+        Self::invalid(message)
     }
 }
 
 impl From<RangeError> for Error {
     fn from(error: RangeError) -> Self {
-        let refused = Self::invalid(error.to_string());
-        // NaN and infinities break no bound in particular.
+        let refused = Self::invalid(range::of_range(&error));
+        // NaN and infinities violate no particular bound.
         let Some(limit) = error.limit() else {
             return refused;
         };

@@ -53,8 +53,8 @@ impl ErrorKind {
     /// True if a pen is lifted from its paper after a run that failed with this error, once the arm
     /// has been stopped.
     ///
-    /// False if the line is lost, if an alarm holds the arm, and if another program has stopped it
-    /// or it was reset.
+    /// False if the line is lost, if an alarm holds the arm, or if a stop came first. A reset
+    /// counts as [`Uncertain`](Self::Uncertain), so the caller must exclude it.
     #[must_use]
     pub const fn lifts(self) -> bool {
         !matches!(self, Self::Port | Self::Alarm | Self::Closed)
@@ -123,7 +123,7 @@ named! {
         LineLost = "line-lost",
         /// No reply came.
         NoAnswer = "no-answer",
-        /// A jog was not kept up.
+        /// A jog was stopped because its caller did not renew it in time.
         NotKept = "not-kept",
         /// The request could not be sent in time.
         NotSent = "not-sent",

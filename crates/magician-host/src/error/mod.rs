@@ -6,6 +6,7 @@
 mod causes;
 mod code;
 mod motion;
+mod range;
 
 use std::fmt;
 use std::io;
@@ -36,9 +37,9 @@ pub struct Error(Box<Details>);
 struct Details {
     code: ErrorCode,
     message: Message,
-    /// The fact in the terms of the arm, if the message is in those of the caller.
+    /// The fact in joint angles or distances from the shoulder, if the message names a position.
     detail: Option<Message>,
-    /// Progress of a motion that leaves the reach on its way, percent.
+    /// Part of a path that lies before the point where it leaves the reach, percent.
     progress: Option<f64>,
     step: Option<usize>,
     command: Option<String>,
@@ -91,7 +92,7 @@ impl Error {
         &self.0.message
     }
 
-    /// The same with the text of `Display`, which names the command.
+    /// The fact as a translatable sentence with the text of `Display`, which may name the command.
     #[must_use]
     pub fn in_words(&self) -> Message {
         let sentence = &self.0.message;
@@ -291,7 +292,8 @@ impl Error {
         self
     }
 
-    /// Progress of a motion that leaves the reach on its way, percent.
+    /// Part of a path that lies before the point where it leaves the reach, percent. `None` for
+    /// other errors.
     pub(crate) fn progress(&self) -> Option<f64> {
         self.0.progress
     }
@@ -302,7 +304,7 @@ impl Error {
         self
     }
 
-    /// Adds that the end would be reachable but not the path to it.
+    /// Adds that the path leaves the reach after `percent` of it; its end may be in reach.
     pub fn on_the_way(mut self, percent: f64) -> Self {
         let cause = &self.0.message;
         self.0.message = message!("{percent:.0} % of the way there: {cause}", percent, cause);
@@ -328,7 +330,7 @@ impl Error {
     #[must_use]
     pub fn fenced(breach: Breach) -> Self {
         let code = match breach.part {
-            // Too fast or too strong is a wrong value; leaving the space is a matter of reach.
+            // Excess speed or power is an invalid value; leaving the space is an error of reach.
             FencePart::TopSpeed | FencePart::Laser => ErrorCode::FenceLimit,
             _ => ErrorCode::Fenced,
         };
@@ -344,7 +346,7 @@ impl Error {
             .remedy((Setting::AllowLaser, SettingValue::On), "allows it")
     }
 
-    /// Creates an error for a command that may or may not have been taken.
+    /// Creates an error for a command that the arm may or may not have accepted.
     pub fn uncertain(from: Option<u64>, to: Option<u64>) -> Self {
         let message = match (from, to) {
             (Some(from), Some(to)) => {
@@ -366,8 +368,8 @@ impl Error {
         error
     }
 
-    /// Adds the hint that the tool bias is 0, so that the target may be in reach of the real tool.
-    /// Errors other than of reach are unchanged.
+    /// Adds the hint that the tool bias is 0: the real tool may reach the target. Errors other than
+    /// [`ErrorCode::OutOfReach`] are unchanged.
     #[must_use]
     pub(crate) fn of_unknown_tool(mut self) -> Self {
         if self.0.code != ErrorCode::OutOfReach {
@@ -397,7 +399,8 @@ impl Error {
         }))
     }
 
-    /// Copies the error with another sentence, which includes the command if needed.
+    /// Copies the error with another sentence and without the command's name, which the sentence
+    /// includes if needed.
     #[must_use]
     pub fn reworded(&self, message: impl Into<Message>) -> Self {
         let mut error = self.copy();

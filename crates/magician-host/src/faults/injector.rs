@@ -6,17 +6,17 @@ use super::Faults;
 use super::dice::Dice;
 use crate::connection::Micros;
 
-/// Largest number of bytes under way. A line that stalls for longer loses further bytes.
-const ROOM: usize = 64 * 1024;
+/// Largest number of bytes under way. Once a stalled line holds that many, it loses more.
+const MAX_BYTES_UNDER_WAY: usize = 64 * 1024;
 /// Largest number of chunks under way.
-const CHUNKS: usize = 1024;
+const MAX_CHUNKS_UNDER_WAY: usize = 1024;
 /// Largest number of pieces that a chunk is cut into.
-const PIECES: u64 = 4;
+const MAX_PIECES: u64 = 4;
 /// Longest time between two pieces, and longest wait of a chunk for the next one to join, us.
-const APART: Micros = 2_000;
+const MAX_PIECE_GAP: Micros = 2_000;
 /// Separates the random numbers of chunks from those of bytes.
 // Faults of chunks then do not change which bytes are hit.
-const OTHER_DICE: u64 = 0x5EED_0000_C4C4_C4C4;
+const CHUNK_SEED_MASK: u64 = 0x5EED_0000_C4C4_C4C4;
 
 /// Output of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -104,8 +104,8 @@ pub struct Injector {
     late: Vec<(Micros, Vec<u8>)>,
     /// Number of bytes in `under_way` and `late`.
     pub(super) load: usize,
-    /// True if the last entry under way may take the next chunk along.
-    open: bool,
+    /// True if the next chunk is joined to the last entry under way.
+    joins_next: bool,
     /// Chunk that waits for the next one to overtake it.
     held: Option<(Micros, Vec<u8>)>,
     unplugged: bool,
@@ -120,11 +120,11 @@ impl Injector {
         Self {
             faults,
             dice: Dice::new(seed),
-            chunk_dice: Dice::new(seed ^ OTHER_DICE),
+            chunk_dice: Dice::new(seed ^ CHUNK_SEED_MASK),
             under_way: VecDeque::new(),
             late: Vec::new(),
             load: 0,
-            open: false,
+            joins_next: false,
             held: None,
             unplugged: false,
             tally: Tally::default(),
@@ -148,11 +148,11 @@ impl Injector {
         if self.unplugged || bytes.is_empty() {
             return;
         }
-        self.release(now);
+        self.release_held(now);
         // Bytes first, so that their random numbers do not depend on what happens to the chunk.
-        let chunk = self.spoil(bytes);
+        let chunk = self.apply_byte_faults(bytes);
         if self.strikes(self.faults.unplug) {
-            self.pull(now);
+            self.pull_plug(now);
         } else if self.strikes(self.faults.reset) {
             self.tally.resets += 1;
             self.send(now, Passed::Reset);
@@ -163,9 +163,9 @@ impl Injector {
         }
     }
 
-    /// Takes out what has come through by `now`, in order. `None` if there is nothing.
+    /// Returns the next output that is due by `now`, in order. `None` if no output is due.
     pub fn poll(&mut self, now: Micros) -> Option<Passed> {
-        self.release(now);
+        self.release_held(now);
         let first = self.under_way.front().map(|(at, _)| *at);
         if let Some((place, at)) = self.next_late()
             && at <= now
@@ -180,7 +180,7 @@ impl Injector {
         if let Passed::Bytes(bytes) = &passed {
             self.load -= bytes.len();
         }
-        self.open &= !self.under_way.is_empty();
+        self.joins_next &= !self.under_way.is_empty();
         Some(passed)
     }
 
@@ -214,7 +214,7 @@ impl Injector {
         rate > 0.0 && self.chunk_dice.share() < rate
     }
 
-    fn pull(&mut self, now: Micros) {
+    fn pull_plug(&mut self, now: Micros) {
         self.tally.unplugged += 1;
         self.clear();
         self.unplugged = true;
@@ -225,7 +225,7 @@ impl Injector {
         self.under_way.clear();
         self.late.clear();
         self.load = 0;
-        self.open = false;
+        self.joins_next = false;
         self.held = None;
     }
 
@@ -255,24 +255,25 @@ impl Injector {
             // Bounded, so that the last chunk of a test is not held for ever.
             self.held = Some((at.saturating_add(self.faults.hold_for), chunk.clone()));
         } else {
-            self.hurry(at, chunk.clone());
+            self.send_or_delay(at, chunk.clone());
         }
         if twice {
             self.tally.duplicated_chunks += 1;
-            self.hurry(at, chunk);
+            self.send_or_delay(at, chunk);
         }
         if !wait && let Some((_, held)) = self.held.take() {
-            self.cut(at, held);
+            self.send_rechunked(at, held);
         }
     }
 
     /// Sends a chunk in order, or delayed individually.
-    fn hurry(&mut self, at: Micros, chunk: Vec<u8>) {
+    fn send_or_delay(&mut self, at: Micros, chunk: Vec<u8>) {
         if !self.strikes(self.faults.late_chunk) {
-            return self.cut(at, chunk);
+            return self.send_rechunked(at, chunk);
         }
         // Like a full buffer of a network, which drops what does not fit.
-        if self.late.len() >= CHUNKS || self.load + chunk.len() > ROOM {
+        if self.late.len() >= MAX_CHUNKS_UNDER_WAY || self.load + chunk.len() > MAX_BYTES_UNDER_WAY
+        {
             self.tally.dropped_chunks += 1;
             return;
         }
@@ -285,26 +286,26 @@ impl Injector {
     }
 
     /// Sends the chunk that waited to be overtaken, if it has waited long enough.
-    fn release(&mut self, now: Micros) {
+    fn release_held(&mut self, now: Micros) {
         if self.held.as_ref().is_some_and(|(until, _)| *until <= now)
             && let Some((until, held)) = self.held.take()
         {
-            self.cut(until, held);
+            self.send_rechunked(until, held);
         }
     }
 
     /// Sends a chunk whole, or in other pieces.
-    fn cut(&mut self, at: Micros, chunk: Vec<u8>) {
+    fn send_rechunked(&mut self, at: Micros, chunk: Vec<u8>) {
         if !self.strikes(self.faults.rechunk) {
             return self.send(at, Passed::Bytes(chunk));
         }
         self.tally.rechunked += 1;
-        let pieces = 1 + self.chunk_dice.below(PIECES);
+        let pieces = 1 + self.chunk_dice.below(MAX_PIECES);
         if pieces == 1 {
             // A single piece: delayed, and joined with the next chunk.
-            let at = at.saturating_add(APART);
+            let at = at.saturating_add(MAX_PIECE_GAP);
             self.send(at, Passed::Bytes(chunk));
-            self.open = matches!(self.under_way.back(), Some((_, Passed::Bytes(_))));
+            self.joins_next = matches!(self.under_way.back(), Some((_, Passed::Bytes(_))));
             return;
         }
         let (mut rest, mut at) = (chunk.as_slice(), at);
@@ -320,7 +321,7 @@ impl Injector {
                 self.send(at, Passed::Bytes(piece.to_vec()));
             }
             rest = after;
-            at = at.saturating_add(1 + self.chunk_dice.below(APART));
+            at = at.saturating_add(1 + self.chunk_dice.below(MAX_PIECE_GAP));
         }
     }
 
@@ -330,11 +331,11 @@ impl Injector {
             Passed::Bytes(bytes) => bytes.len(),
             Passed::Unplugged | Passed::Reset => 0,
         };
-        if self.under_way.len() >= CHUNKS || self.load + size > ROOM {
+        if self.under_way.len() >= MAX_CHUNKS_UNDER_WAY || self.load + size > MAX_BYTES_UNDER_WAY {
             self.tally.dropped_chunks += 1;
             return;
         }
-        let joins = std::mem::take(&mut self.open);
+        let joins = std::mem::take(&mut self.joins_next);
         self.load += size;
         match (self.under_way.back_mut(), passed) {
             (Some((_, Passed::Bytes(last))), Passed::Bytes(bytes)) if joins => last.extend(bytes),
@@ -347,13 +348,13 @@ impl Injector {
     }
 
     /// Applies the faults of bytes to a chunk.
-    fn spoil(&mut self, bytes: &[u8]) -> Vec<u8> {
+    fn apply_byte_faults(&mut self, bytes: &[u8]) -> Vec<u8> {
         let rates = self.faults;
         let mut out = Vec::with_capacity(bytes.len() + 4);
         // Byte that waits to be swapped with the next one.
         let mut later = None;
         for (at, &byte) in bytes.iter().enumerate() {
-            // A single number decides among all faults of a byte, whose rates exclude each other.
+            // A single random number decides among all faults of a byte, so at most one occurs.
             let mut chance = self.dice.share();
             let mut is = |rate: f64| {
                 let hit = chance < rate;

@@ -1,7 +1,7 @@
 //! Fault injection: a bad line from a seed, for tests, soak runs and `--faults`.
 //!
 //! Bytes are replaced, flipped, lost, inserted, duplicated and swapped; datagrams are lost,
-//! duplicated and reordered; lines stall, cut data differently, are unplugged; the controller
+//! duplicated and reordered; lines stall, split chunks, are unplugged; the controller
 //! restarts. [`Faults`] gives the rates (`flip=1e-4,drop=1e-5,seed=7`), and an [`Injector`] applies
 //! them to one direction of a line. It has no I/O and no clock: the same seed and the same input
 //! give the same output.

@@ -8,9 +8,9 @@ use crate::{Error, Result};
 
 /// Rates of faults, with the seed.
 ///
-/// Rates are probabilities from 0 to 1. Those of bytes exclude each other, so their sum is at most
-/// one. A chunk is the input of one push: a frame, a write, a datagram. The text form is a list of
-/// `key=value` separated by commas, in any order; omitted faults are off:
+/// Rates are probabilities from 0 to 1. A byte has at most one fault, so the sum of the rates of
+/// bytes is at most 1. A chunk is the input of one push: a frame, a write, a datagram. The text
+/// form is a list of `key=value` separated by commas, in any order; omitted faults are off:
 ///
 /// | key | fault |
 /// |---|---|
@@ -23,7 +23,7 @@ use crate::{Error, Result};
 /// | `drop-chunk` | a chunk is lost |
 /// | `duplicate-chunk` | a chunk is duplicated |
 /// | `swap-chunk` | a chunk waits for at most `hold-ms` (50) to be overtaken by the next one: reordered, or late |
-/// | `late-chunk` | a chunk is delayed by up to `late-ms` (500) and overtaken meanwhile, as datagrams are |
+/// | `late-chunk` | a chunk is delayed by up to `late-ms` (500) and may be overtaken meanwhile, as datagrams are |
 /// | `stall` | the line stalls at a chunk for `stall-min-ms` (0) to `stall-ms` (100) |
 /// | `rechunk` | a chunk is delivered in up to four pieces at different times, or together with the next |
 /// | `unplug` | the plug is pulled at a chunk for `unplug-ms` (200); the chunk and everything under way are lost |
@@ -180,7 +180,7 @@ impl Faults {
                 ..Self::default()
             },
             Some(_) => self,
-            // Each strikes the whole line, so one direction is enough.
+            // An unplugging or a restart strikes the whole line, so one direction is enough.
             None => {
                 if side == Side::Replies {
                     (self.unplug, self.reset) = (0.0, 0.0);
@@ -272,7 +272,7 @@ impl FromStr for Faults {
                 )));
             };
             let key = key.trim();
-            // Before the check for repetition, so that an unknown key is the error reported.
+            // Before the check for repetition, so that an invalid value is the error reported.
             faults.set(key, value.trim())?;
             if seen.contains(&key) {
                 return Err(Error::invalid(format!("'{key}' is given twice")));

@@ -9,7 +9,7 @@ fn faults(text: &str) -> Faults {
 }
 
 /// Sends numbered chunks of 8 bytes, one per millisecond, and collects the output.
-fn through(text: &str, seed: u64) -> (Injector, Vec<(u64, Passed)>) {
+fn run_line(text: &str, seed: u64) -> (Injector, Vec<(u64, Passed)>) {
     let mut line = Injector::new(faults(text), seed);
     let mut out = Vec::new();
     let mut drain = |line: &mut Injector, end: u64| {
@@ -48,7 +48,7 @@ fn sent() -> Vec<u8> {
 }
 
 /// Asserts a count within a fifth of what the rate promises.
-fn about(count: u64, expected: f64) {
+fn assert_near(count: u64, expected: f64) {
     assert!(
         (count as f64 - expected).abs() < expected / 5.0,
         "{count}, not {expected}"
@@ -57,7 +57,7 @@ fn about(count: u64, expected: f64) {
 
 #[test]
 fn without_faults_nothing_changes() {
-    let (line, out) = through("", 1);
+    let (line, out) = run_line("", 1);
     assert_eq!(
         chunks(&out),
         (0..CHUNKS).map(|n| chunk(n).to_vec()).collect::<Vec<_>>()
@@ -71,12 +71,12 @@ fn without_faults_nothing_changes() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_bytes_and_another_one_others() {
+fn equal_seeds_give_equal_bytes_and_others_differ() {
     let all = "replace=0.01,flip=0.01,drop=0.01,insert=0.01,duplicate=0.01,swap=0.01,drop-chunk=0.01,\
                duplicate-chunk=0.01,swap-chunk=0.05,stall=0.01,rechunk=0.1,reset=0.001";
-    let (line, out) = through(all, 7);
-    assert_eq!(through(all, 7).1, out);
-    assert_ne!(through(all, 8).1, out);
+    let (line, out) = run_line(all, 7);
+    assert_eq!(run_line(all, 7).1, out);
+    assert_ne!(run_line(all, 8).1, out);
     let tally = line.tally();
     for (count, expected) in [
         (tally.replaced, 320.0),
@@ -86,7 +86,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_one_others() {
         (tally.duplicated, 320.0),
         (tally.swapped, 280.0),
     ] {
-        about(count, expected);
+        assert_near(count, expected);
     }
     assert!(
         out.windows(2).all(|pair| pair[0].0 <= pair[1].0),
@@ -95,22 +95,23 @@ fn the_same_seed_gives_the_same_bytes_and_another_one_others() {
 }
 
 #[test]
-fn bytes_that_are_hit_do_not_depend_on_what_happens_to_chunks() {
-    let (calm, _) = through("flip=0.01,drop=0.01", 3);
-    let (rough, out) = through("flip=0.01,drop=0.01,stall=0.1,rechunk=0.5", 3);
+fn byte_faults_do_not_depend_on_chunk_faults() {
+    let (calm, _) = run_line("flip=0.01,drop=0.01", 3);
+    let (rough, out) = run_line("flip=0.01,drop=0.01,stall=0.1,rechunk=0.5", 3);
     assert_eq!(calm.tally().flipped, rough.tally().flipped);
-    assert_eq!(joined(&out), joined(&through("flip=0.01,drop=0.01", 3).1));
+    assert_eq!(joined(&out), joined(&run_line("flip=0.01,drop=0.01", 3).1));
 }
 
 #[test]
 fn replaced_byte_differs_and_flipped_byte_differs_in_one_bit() {
     for (text, bits) in [("replace=1", 1..=8), ("flip=1", 1..=1)] {
-        let came = joined(&through(text, 1).1);
+        let received = joined(&run_line(text, 1).1);
         let sent = sent();
-        assert_eq!(came.len(), sent.len());
+        assert_eq!(received.len(), sent.len());
         let differ = |(a, b): (&u8, &u8)| (a ^ b).count_ones();
         assert!(
-            came.iter()
+            received
+                .iter()
                 .zip(&sent)
                 .map(differ)
                 .all(|count| bits.contains(&count)),
@@ -121,15 +122,15 @@ fn replaced_byte_differs_and_flipped_byte_differs_in_one_bit() {
 
 #[test]
 fn bytes_are_lost_added_doubled_and_swapped() {
-    assert_eq!(joined(&through("drop=1", 1).1), Vec::<u8>::new());
+    assert_eq!(joined(&run_line("drop=1", 1).1), Vec::<u8>::new());
     let double = |bytes: Vec<u8>| {
         bytes
             .into_iter()
             .flat_map(|byte| [byte; 2])
             .collect::<Vec<_>>()
     };
-    assert_eq!(joined(&through("duplicate=1", 1).1), double(sent()));
-    let added = joined(&through("insert=1", 1).1);
+    assert_eq!(joined(&run_line("duplicate=1", 1).1), double(sent()));
+    let added = joined(&run_line("insert=1", 1).1);
     assert_eq!(
         added.iter().skip(1).step_by(2).copied().collect::<Vec<_>>(),
         sent()
@@ -148,31 +149,31 @@ fn bytes_are_lost_added_doubled_and_swapped() {
 
 #[test]
 fn datagrams_are_lost_doubled_and_out_of_order() {
-    let (line, out) = through("drop-chunk=0.1", 1);
-    about(line.tally().dropped_chunks, 400.0);
+    let (line, out) = run_line("drop-chunk=0.1", 1);
+    assert_near(line.tally().dropped_chunks, 400.0);
     assert_eq!(
         chunks(&out).len() as u64 + line.tally().dropped_chunks,
         CHUNKS as u64
     );
 
-    let (line, out) = through("duplicate-chunk=0.1", 1);
-    about(line.tally().duplicated_chunks, 400.0);
+    let (line, out) = run_line("duplicate-chunk=0.1", 1);
+    assert_near(line.tally().duplicated_chunks, 400.0);
     let mut once = chunks(&out);
     once.dedup();
     assert_eq!(once.concat(), sent());
 
-    let (line, out) = through("swap-chunk=0.1", 1);
-    about(line.tally().swapped_chunks, 400.0);
-    let mut came = chunks(&out);
-    let late = came.windows(2).filter(|pair| pair[0] > pair[1]).count();
-    // No frame may have followed the last one.
+    let (line, out) = run_line("swap-chunk=0.1", 1);
+    assert_near(line.tally().swapped_chunks, 400.0);
+    let mut received = chunks(&out);
+    let late = received.windows(2).filter(|pair| pair[0] > pair[1]).count();
+    // The chunk held last may have had no successor that overtook it.
     assert!((late as u64).abs_diff(line.tally().swapped_chunks) <= 1);
-    came.sort();
-    assert_eq!(came.concat(), sent());
+    received.sort();
+    assert_eq!(received.concat(), sent());
 }
 
 #[test]
-fn a_chunk_that_nobody_passes_is_late() {
+fn held_chunk_without_successor_is_sent_after_hold_time() {
     let mut line = Injector::new(faults("swap-chunk=1,hold-ms=30"), 1);
     line.push(1000, b"late");
     assert_eq!(line.poll(1000), None);
@@ -181,9 +182,9 @@ fn a_chunk_that_nobody_passes_is_late() {
 }
 
 #[test]
-fn what_comes_during_a_stall_comes_after_it() {
-    let (line, out) = through("stall=0.01,stall-ms=20", 5);
-    about(line.tally().stalls, 40.0);
+fn bytes_sent_during_a_stall_arrive_after_it() {
+    let (line, out) = run_line("stall=0.01,stall-ms=20", 5);
+    assert_near(line.tally().stalls, 40.0);
     assert_eq!(joined(&out), sent());
     let late = |(n, (at, _)): (usize, &(u64, Passed))| at - n as u64 * 1000;
     let longest = out.iter().enumerate().map(late).max().unwrap();
@@ -191,8 +192,8 @@ fn what_comes_during_a_stall_comes_after_it() {
 }
 
 #[test]
-fn other_cuts_keep_every_byte() {
-    let (line, out) = through("rechunk=1", 1);
+fn rechunking_keeps_every_byte() {
+    let (line, out) = run_line("rechunk=1", 1);
     assert_eq!(line.tally().rechunked, CHUNKS as u64);
     assert_eq!(joined(&out), sent());
     let sizes: Vec<usize> = chunks(&out).iter().map(Vec::len).collect();
@@ -200,7 +201,7 @@ fn other_cuts_keep_every_byte() {
 }
 
 #[test]
-fn a_pulled_plug_takes_what_is_under_way_with_it() {
+fn unplugging_drops_chunks_under_way() {
     let mut line = Injector::new(faults("stall=1,stall-ms=1000"), 1);
     line.push(0, b"under way");
     line.set_faults(faults("unplug=1"));
@@ -216,7 +217,7 @@ fn a_pulled_plug_takes_what_is_under_way_with_it() {
 }
 
 #[test]
-fn a_restart_comes_in_its_place() {
+fn reset_keeps_its_place_in_the_order() {
     let mut line = Injector::new(Faults::default(), 1);
     line.push(0, b"before");
     line.set_faults(faults("reset=1"));
@@ -229,7 +230,7 @@ fn a_restart_comes_in_its_place() {
 }
 
 #[test]
-fn a_line_that_nobody_reads_does_not_grow() {
+fn unread_line_stays_bounded() {
     let mut line = Injector::new(faults("stall=1,stall-ms=60000,duplicate-chunk=0.5"), 1);
     for now in 0..10_000 {
         line.push(now, &[0; 200]);
@@ -247,7 +248,7 @@ fn a_line_that_nobody_reads_does_not_grow() {
 
 proptest! {
     #[test]
-    fn any_rates_and_any_times_end(
+    fn line_drains_for_any_rates_and_times(
         rates in proptest::array::uniform7(0.0f64..=1.0),
         seed: u64,
         pushes in proptest::collection::vec((0u64..1_000_000, proptest::collection::vec(any::<u8>(), 0..80)), 0..60),

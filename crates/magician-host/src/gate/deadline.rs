@@ -6,8 +6,8 @@ use crate::connection::Micros;
 /// Instant at which the stop of a jog is due, with the reason: the hold time, or a bound (the arm's
 /// fence, the end of its axis) if that comes first.
 ///
-/// A jog has only this deadline. Earlier versions had four, in guard, gate, fence and pieces, which
-/// did not know of each other.
+/// A jog has only this deadline. Earlier versions had four independent ones: in guard, gate, fence
+/// and pieces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Deadline {
     kept_until: Micros,

@@ -22,9 +22,9 @@
 //! There are two kinds of jogs ([`JogKind`]), and measurements on the virtual arm
 //! (docs/evidence/MEASUREMENTS.md, "Jogs") show that neither can replace the other. The arm has no
 //! path in joint space, so a joint rests between pieces: J1 falls to 10 % of full speed there.
-//! Pieces also start 5 to 16 times later, and along a line load it 12 to 25 times as much. But the
-//! arm's own jog continues when the program dies. A fence is not a third kind, but a bound on the
-//! arm's own jog.
+//! Pieces also start 5 to 16 times later, and in a Cartesian jog they take 12 to 25 times as many
+//! requests. But the arm's own jog continues when the program dies. A fence is not a third kind,
+//! but a bound on the arm's own jog.
 //!
 //! The laser has a separate mechanism with the same purpose: burning needs a permission, and
 //! every end switches the laser off (see [`burns`](fn@crate::burns) and
@@ -95,7 +95,7 @@ pub enum JogEnd {
     NotKept,
     /// The arm did not confirm the beginning.
     Failed,
-    /// A reply was lost, so the arm's state is unknown.
+    /// The arm's state is unknown: a reply was lost, or the arm was not seen at rest.
     Doubt,
     /// The end of the axis was reached.
     Limit,
@@ -288,7 +288,7 @@ impl Gate {
         if running.request.id == jog {
             let refused = GateEffect::Refused(jog, JogEnd::Stopped);
             self.effects.push_back(refused);
-            // Then that is the previous jog, which has no holder any more: stop it.
+            // The arm is still in the reversed jog, which has no holder any more: stop it.
             if running.reverses {
                 self.ends(None, JogEnd::Stopped);
             } else {
@@ -383,7 +383,7 @@ impl Gate {
         }
     }
 
-    /// Notes that the line broke. The guard of a jog does not wait for a line.
+    /// Notes that the line broke. The guard of a jog is told at once, not on the next line.
     ///
     /// The stop of the arm's own jog is sent over the next line. Pieces end by themselves, and the
     /// next jog waits until the arm was seen at rest.
@@ -392,7 +392,7 @@ impl Gate {
         let (jog, why) = match self.motion {
             Motion::Rest | Motion::Unheld => return,
             Motion::Jog(running, _) => (Some(running.request), JogEnd::LinkLost),
-            // For a guard waiting for the arm to stop, the line is the reason that matters.
+            // A guard that waits for the arm to stop must learn that the line broke.
             Motion::Ending(jog, JogEnd::Released) => (jog, JogEnd::LinkLost),
             Motion::Ending(jog, why) => (jog, why),
         };
@@ -453,7 +453,7 @@ impl Gate {
     fn end(&mut self, why: JogEnd) {
         match self.motion {
             Motion::Jog(running, _) => self.ends(Some(running.request), why),
-            // Stopped by the program that passed it on, or here to make room for a jog of our own.
+            // Stopped here only to make room for a jog of our own; otherwise by its own program.
             Motion::Unheld if why == JogEnd::Replaced => self.ends(None, why),
             _ => {}
         }
@@ -475,8 +475,8 @@ impl Gate {
 
 /// Jogs of other programs.
 impl Gate {
-    /// Notes that another program's jog command is passed on unchanged. Its end is that program's
-    /// business; here it ends with the connection, and a jog of our own waits for its end.
+    /// Notes that another program's jog command is passed on unchanged. That program stops the jog.
+    /// A later [`request`](Self::request) stops it first and waits for the arm to come to rest.
     pub fn note_foreign_jog(&mut self) {
         self.refuse_waiting(JogEnd::Replaced);
         if let Motion::Jog(running, _) = self.motion {
@@ -495,7 +495,7 @@ impl Gate {
 pub fn frame_jogs(frame: &Frame<'_>) -> bool {
     use magician_protocol::{Writable, commands::JogCmd};
     let written = frame.ctrl().write() || frame.ctrl().queued();
-    // The second parameter is the direction, of which 0 is a stop (document 1.9.4).
+    // The second parameter is the direction; 0 stops the jog (document 1.9.4).
     written && frame.id() == JogCmd::ROW.id && frame.params().get(1) != Some(&0)
 }
 

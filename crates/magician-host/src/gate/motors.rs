@@ -32,9 +32,9 @@ impl Motors {
         };
         let before = self.0[output];
         self.0[output] = match motor {
-            // Switched off only once that was answered.
+            // The output counts as off only once the arm has replied.
             Motor::Off => before,
-            // An output that is off stays off.
+            // A queued "off" leaves an output that is off unchanged.
             Motor::EndsInQueue if before == Motor::Off && !turns(frame) => before,
             motor => motor,
         };
@@ -85,7 +85,7 @@ impl Motors {
         let motor = match (turns_motor(&command), counts, ctrl.queued()) {
             (true, false, _) => Motor::Runs,
             (true, true, false) => Motor::Counts,
-            // In the queue nobody knows when it runs, not even an "off".
+            // The arm does not report when a queued command runs, not even an "off".
             (true, true, true) | (false, _, true) => Motor::EndsInQueue,
             (false, _, false) => Motor::Off,
         };

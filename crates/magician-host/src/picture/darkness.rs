@@ -13,15 +13,15 @@ use crate::connection::Micros;
 pub struct LaserOffPose {
     /// Pose of the arm.
     pub pose: Pose,
-    /// Longest time by which the laser may have gone out earlier: from sending the frame to the
-    /// reply with the pose.
+    /// Longest possible time between the laser going out and this pose: from sending the frame to
+    /// the reply with the pose.
     ///
-    /// It may also have gone out later, because the controller reports one pose for a whole period
-    /// while the arm moves on.
+    /// The laser may also have gone out after this pose, because the controller reports one pose
+    /// for a whole period while the arm moves on.
     pub late: Duration,
-    /// True if the frame stopped the arm. Otherwise the arm continued its current command, perhaps
-    /// with its laser: whether every firmware switches off the laser of a path before its end is
-    /// not known.
+    /// True if the frame stopped the arm. Otherwise the arm continued its current command, and if
+    /// that is a path with laser power the laser may have stayed on: it is not known whether every
+    /// firmware obeys such a frame before the end of the path.
     pub stopped: bool,
 }
 
@@ -45,11 +45,11 @@ impl LaserOffTracker {
     pub const fn with_pose_asked(now: Micros) -> Self {
         Self {
             asked: true,
-            ..Self::begins(now, false)
+            ..Self::started(now, false)
         }
     }
 
-    const fn begins(now: Micros, stopped: bool) -> Self {
+    const fn started(now: Micros, stopped: bool) -> Self {
         Self {
             sent: now,
             asked: false,
@@ -70,7 +70,7 @@ impl LaserOffTracker {
                 asked: known.asked || request.id() == <Pose as Readable>::ROW.id,
                 ..known
             }),
-            None => puts_out(request).map(|stopped| Self::begins(now, stopped)),
+            None => switches_off(request).map(|stopped| Self::started(now, stopped)),
         }
     }
 
@@ -96,7 +96,7 @@ impl LaserOffTracker {
 
 /// True for a forced stop, false for another frame that switches the laser off immediately. `None`
 /// for all others.
-fn puts_out(request: &Frame<'_>) -> Option<bool> {
+fn switches_off(request: &Frame<'_>) -> Option<bool> {
     if !request.ctrl().write() {
         return None;
     }

@@ -48,7 +48,7 @@ enum Stage {
     /// The homing command has finished; the alarms have yet to show whether it was aborted.
     Ended,
     /// No alarm aborted it; the pose has yet to show that the arm is at its home point.
-    Unplaced,
+    PoseUnchecked,
     /// The arm is homed.
     Homed,
 }
@@ -107,7 +107,7 @@ impl HomingTracker {
         if raised.any(Alarm::blocks) {
             self.set(Stage::Unknown);
         } else {
-            self.set(Stage::Unplaced);
+            self.set(Stage::PoseUnchecked);
             // The arm has moved on, and a stop would have dropped those motions.
             if self.followed {
                 self.stood_at_home(true);
@@ -128,11 +128,11 @@ impl HomingTracker {
     /// Notes whether the arm stands at its home point after the homing command.
     pub(super) fn stood_at_home(&mut self, at_home: bool) {
         match (self.stage, at_home) {
-            (Stage::Unplaced, true) => {
+            (Stage::PoseUnchecked, true) => {
                 self.set(Stage::Homed);
                 self.is_new = true;
             }
-            (Stage::Unplaced, false) => self.set(Stage::Unknown),
+            (Stage::PoseUnchecked, false) => self.set(Stage::Unknown),
             // In every other stage the position proves nothing about homing.
             _ => {}
         }
@@ -167,7 +167,7 @@ impl HomingTracker {
     /// counts.
     #[must_use]
     pub fn needs_place(&self) -> bool {
-        self.stage == Stage::Unplaced
+        self.stage == Stage::PoseUnchecked
     }
 
     /// Returns true once for each homing that was seen.
@@ -253,20 +253,20 @@ mod tests {
     }
 
     #[test]
-    fn homing_that_is_broken_off_does_not_count() {
+    fn aborted_homing_does_not_count() {
         use magician_protocol::JogCommand;
         use magician_protocol::commands::{JogCmd, QueuedCmdStopExec};
         let jog = JogCmd {
             is_joint: magician_protocol::Flag::ON,
             cmd: JogCommand::Axis1Plus,
         };
-        let breaks: [Set; 4] = [
+        let aborting: [Set; 4] = [
             QueuedCmdClear {}.into(),
             QueuedCmdForceStopExec {}.into(),
             jog.into(),
             build::move_to(220.0, 0.0, 20.0, 0.0),
         ];
-        for command in breaks {
+        for command in aborting {
             let mut homing = homing_under_way(&[]);
             sends(&mut homing, command, Ctrl::SET);
             assert!(!ends(homing, &[]).is_homed(), "{command:?}");
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn reset_alarm_that_is_new_ends_it_and_one_that_stood_does_not() {
+    fn new_reset_alarm_ends_homed_state_and_standing_one_does_not() {
         let mut homing = ends(homing_under_way(&[0x00]), &[0x00]);
         homing.read_alarms(alarms(&[0x00]));
         assert!(homing.is_homed());
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn record_of_before_counts_unless_homing_is_under_way() {
+    fn earlier_record_counts_unless_homing_is_under_way() {
         let mut homing = HomingTracker::default();
         homing.remembered();
         assert!(homing.is_homed() && !homing.take_new());

@@ -87,7 +87,7 @@ impl ArmPicture {
         self.darkness.and_then(|darkness| darkness.seen())
     }
 
-    /// Pace of the arm relative to the times of checks.
+    /// Pace of the arm relative to the durations that checks calculate.
     #[must_use]
     pub const fn pace(&self) -> ArmPace {
         self.pace

@@ -27,7 +27,7 @@ impl Channels {
     pub(super) const PINS: Self = Self(4 | 8 | 16);
     pub(super) const ALL: Self = Self(31);
 
-    pub(super) const fn meet(self, other: Self) -> bool {
+    pub(super) const fn intersects(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
 }
@@ -117,14 +117,14 @@ pub(super) struct LaserPicture {
 
 impl LaserPicture {
     /// Notes a command that is executed immediately, or has finished.
-    pub(super) fn set(&mut self, light: LaserEffect) {
-        let LaserEffect { channels, burns } = light;
+    pub(super) fn set(&mut self, effect: LaserEffect) {
+        let LaserEffect { channels, burns } = effect;
         if burns {
             self.lit |= channels;
         } else {
             self.lit -= channels;
         }
-        if channels.meet(Channels::BEAM) {
+        if channels.intersects(Channels::BEAM) {
             self.register = Some(burns);
             if !burns {
                 // Switching off also ends the power of a path.
@@ -135,9 +135,9 @@ impl LaserPicture {
     }
 
     /// Notes an immediate command that is sent: from now on it may burn.
-    pub(super) fn sent(&mut self, light: LaserEffect) {
-        if light.burns {
-            self.lit |= light.channels;
+    pub(super) fn sent(&mut self, effect: LaserEffect) {
+        if effect.burns {
+            self.lit |= effect.channels;
         }
     }
 
@@ -182,7 +182,7 @@ impl LaserPicture {
     pub(super) fn reset(&mut self) {
         // The reset may be false: if the clock was misread, a burning laser must not count as off.
         *self = Self {
-            before_reset: self.before_reset || self.lit.meet(Channels::ALL),
+            before_reset: self.before_reset || self.lit.intersects(Channels::ALL),
             ..Self::default()
         };
     }
@@ -197,7 +197,7 @@ impl LaserPicture {
         };
         let pins = if laser_pins { self.pins } else { Some(false) };
         if waiting
-            || self.lit.meet(of_interest)
+            || self.lit.intersects(of_interest)
             || self.register == Some(true)
             || pins == Some(true)
         {
@@ -210,6 +210,6 @@ impl LaserPicture {
 
     /// True if commands of this connection may have lit it in one of these ways.
     pub(super) fn may_be_lit(&self, channels: Channels) -> bool {
-        self.lit.meet(channels) || self.before_reset && channels == Channels::ALL
+        self.lit.intersects(channels) || self.before_reset && channels == Channels::ALL
     }
 }

@@ -98,7 +98,7 @@ pub struct ArmPicture {
     readings: LastReadings,
     /// State since this connection switched the laser off, until a command is queued.
     darkness: Option<LaserOffTracker>,
-    /// Pace of the arm relative to the times of checks.
+    /// Pace of the arm relative to the durations that checks calculate.
     pace: ArmPace,
 }
 
@@ -217,8 +217,8 @@ impl ArmPicture {
         }
     }
 
-    /// Notes that a request failed. `request` is `None` for one of a program, which accounts for it
-    /// itself.
+    /// Notes that a request failed. `request` is `None` for a request of a program, which keeps
+    /// account of its requests itself.
     pub fn failed(&mut self, request: Option<&Frame<'_>>, failure: &Failure) {
         // Programs consist of queued commands.
         let is_queued = request.is_none_or(|request| request.ctrl().queued());
@@ -267,7 +267,8 @@ impl ArmPicture {
         self.values.cleared();
     }
 
-    /// Notes that the laser was switched off on a restored line before this connection got it.
+    /// Notes that the laser was switched off on a restored line before this connection took over
+    /// the line.
     pub fn found_dark(&mut self, darkness: Option<LaserOffTracker>) {
         // An earlier pose is closer to the end of the burn.
         self.darkness = self.darkness.or(darkness);
@@ -321,7 +322,7 @@ impl ArmPicture {
         self.own.queue_is_empty();
     }
 
-    /// Processes a reading of the queue that began when [`RestState::writes_sent`] were `before`.
+    /// Processes a reading of the queue that began when [`RestState::writes_sent`] was `before`.
     pub fn note_look(&mut self, look: QueueLook, before: u64) {
         if self.standing.account(look.current) {
             // Another program has used the arm, and may have changed any setting.

@@ -8,7 +8,7 @@ use magician_protocol::{Frame, JogCommand, Row, Set, Writable};
 
 use crate::connection::Failure;
 
-/// True for a command that moves the arm when executed immediately, or lets a stopped queue do so.
+/// True for a command that moves the arm when executed immediately, or that starts the queue.
 #[must_use]
 pub fn sets_in_motion(command: &Set) -> bool {
     match command {
@@ -18,7 +18,8 @@ pub fn sets_in_motion(command: &Set) -> bool {
     }
 }
 
-/// Motion of one connection. Errs towards motion, because stopping an arm at rest does no harm.
+/// Motion of one connection. If in doubt it reports motion, because stopping an arm at rest does no
+/// harm.
 #[derive(Clone, Debug, Default)]
 pub struct MotionInFlight {
     /// True if this connection started the queue, false if it stopped it. `None` if it left the
@@ -29,15 +30,15 @@ pub struct MotionInFlight {
     /// Last current index read.
     current: u64,
     /// True for a motion outside the queue, or one without an end.
-    free: bool,
+    outside_queue: bool,
     /// Number of queued commands handed to the connection that have not ended.
     unanswered: u32,
     /// True while a program runs.
     program: bool,
     /// Number of forced stops requested or sent.
     stops: u64,
-    /// Number of them when the arm was last seen at rest.
-    stood: u64,
+    /// Value of `stops` when the arm was last seen at rest.
+    stops_at_rest: u64,
 }
 
 /// Inputs.
@@ -62,8 +63,8 @@ impl MotionInFlight {
     }
 
     pub(super) fn stood_after(&mut self, stops: u64) {
-        self.stood = self.stood.max(stops);
-        self.free = false;
+        self.stops_at_rest = self.stops_at_rest.max(stops);
+        self.outside_queue = false;
     }
 
     pub(super) fn sent(&mut self, request: &Frame<'_>) {
@@ -79,9 +80,9 @@ impl MotionInFlight {
             self.stop_asked();
         }
         if id == JogCmd::ROW.id {
-            self.free |= request.params().get(1).is_some_and(|cmd| *cmd != 0);
+            self.outside_queue |= request.params().get(1).is_some_and(|cmd| *cmd != 0);
         } else if !ctrl.queued() && Row::with_id(id).is_some_and(|row| row.effect.moves_arm()) {
-            self.free = true;
+            self.outside_queue = true;
         }
     }
 
@@ -91,7 +92,7 @@ impl MotionInFlight {
             id if id == QueuedCmdStopExec::ROW.id => self.started = Some(false),
             id if id == QueuedCmdForceStopExec::ROW.id => {
                 self.started = Some(false);
-                self.free = false;
+                self.outside_queue = false;
             }
             id if id == QueuedCmdClear::ROW.id => self.drop_waiting(),
             _ => {}
@@ -121,7 +122,7 @@ impl MotionInFlight {
         let last = self.last.take().filter(|last| *last > self.current);
         let gone = last.map(|last| (self.current.saturating_add(1), last));
         (self.current, self.started) = (0, None);
-        self.stood = self.stops;
+        self.stops_at_rest = self.stops;
         gone
     }
 
@@ -157,7 +158,7 @@ impl MotionInFlight {
     /// True if motion of this connection may be under way.
     #[must_use]
     pub fn is_moving(&self) -> bool {
-        self.free || self.runs_queue()
+        self.outside_queue || self.runs_queue()
     }
 
     /// True if queued commands of this connection may be under way.
@@ -165,8 +166,8 @@ impl MotionInFlight {
     pub fn runs_queue(&self) -> bool {
         let unfinished = self.last.is_some_and(|last| last > self.current);
         let queued = self.unanswered > 0 || unfinished;
-        // A program fills a stopped queue before it starts it; left there, the commands would be
-        // run by others.
+        // A program fills a stopped queue and then starts it. If it went away in between, another
+        // host would run its commands.
         self.program || queued && self.started != Some(false)
     }
 
@@ -179,12 +180,12 @@ impl MotionInFlight {
     /// True if the arm was not seen at rest since the last forced stop.
     #[must_use]
     pub const fn is_braking(&self) -> bool {
-        self.stops > self.stood
+        self.stops > self.stops_at_rest
     }
 
     /// True if the arm was seen at rest after this many forced stops.
     #[must_use]
     pub const fn has_stood_after(&self, stops: u64) -> bool {
-        self.stood >= stops
+        self.stops_at_rest >= stops
     }
 }

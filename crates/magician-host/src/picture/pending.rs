@@ -24,7 +24,7 @@ pub(super) struct Pending {
     /// True if an immediate command of its kind was executed while it waited, so that their order
     /// is unknown.
     overtaken: bool,
-    light: Option<LaserEffect>,
+    effect: Option<LaserEffect>,
     /// True while it cannot burn, because the queue does not run.
     inert: bool,
     /// True if the queue was cleared while it waited; it may have run before.
@@ -47,12 +47,12 @@ impl fmt::Debug for Pending {
 impl Pending {
     /// Effect on the laser after the end of the command. `None` if it leaves the laser unchanged.
     pub(super) fn light_at_its_end(&self) -> Option<LaserEffect> {
-        self.light.filter(|light| !light.burns || !self.inert)
+        self.effect.filter(|effect| !effect.burns || !self.inert)
     }
 
     fn may_light(&self, channels: Channels) -> bool {
-        let light = self.light.filter(|light| light.burns);
-        !self.inert && light.is_some_and(|light| light.channels.meet(channels))
+        let effect = self.effect.filter(|effect| effect.burns);
+        !self.inert && effect.is_some_and(|effect| effect.channels.intersects(channels))
     }
 
     fn is(&self, request: &Frame<'_>) -> bool {
@@ -86,7 +86,7 @@ impl PendingQueue {
         if let Some(one) = self.0.get_mut(at) {
             one.index = Some(index);
         }
-        // Unanswered commands sent before it are over when this one is, if they were taken at all.
+        // Unanswered earlier commands, if accepted at all, finish before this one.
         for one in self.0.iter_mut().take(at).filter(|one| one.index.is_none()) {
             (one.index, one.certain) = (Some(index), false);
         }
@@ -113,9 +113,9 @@ impl PendingQueue {
         Some(Pending { certain, ..one })
     }
 
-    /// Removes the next command that was in the queue when it was cleared, as uncertain.
+    /// Removes the next command that was in the queue when it was cleared, and marks it uncertain.
     ///
-    /// A path may be running and stays until it has finished or the arm is at rest.
+    /// A path may be running, so it stays until it has finished or the arm is at rest.
     pub(super) fn pop_cleared(&mut self) -> Option<Pending> {
         let is_over = |one: &Pending| one.cleared && !one.may_light(Channels::PATH);
         let at = self.0.iter().position(is_over)?;
@@ -205,7 +205,7 @@ impl PendingQueue {
             certain: true,
             overtaken: false,
             // Computed once: the list is searched for every display.
-            light: LaserEffect::of(request),
+            effect: LaserEffect::of(request),
             inert: false,
             cleared: false,
         });

@@ -51,8 +51,8 @@ impl QueuedPace {
 pub enum Origin {
     /// A single call, whose commands run together with later ones.
     Caller,
-    /// A run, or a caller that has gone. Commands left by these in a stopped queue are not for the
-    /// next caller to start.
+    /// A run, or a caller that no longer exists. The next caller must not start the commands that
+    /// these left in a stopped queue.
     Run,
 }
 
@@ -87,8 +87,8 @@ impl OwnCommands {
         *self = Self::default();
     }
 
-    /// Number of unfinished commands that may run together with later ones. `running` is true if
-    /// the queue runs them anyway.
+    /// Number of unfinished commands that may run together with later ones. If the queue is
+    /// `running`, all unfinished commands count, else only those of [`Origin::Caller`].
     #[must_use]
     pub fn waiting(&self, current: u64, running: bool) -> u64 {
         let waiting = self.commands.iter();
@@ -110,7 +110,7 @@ impl OwnCommands {
     pub fn running(&self, current: u64) -> Option<QueuedPace> {
         let mut commands = self.commands.iter();
         let (index, pace, _) = commands.find(|(index, ..)| *index > current)?;
-        // After a Clear the current index stays behind numbers that were dropped.
+        // A Clear drops indices that the current index never reaches. `base` accounts for them.
         let before = current.max(self.base);
         // Indices in between belong to another program, whose command runs first.
         (before.checked_add(1) == Some(*index)).then_some(*pace)

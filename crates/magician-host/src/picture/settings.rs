@@ -11,7 +11,7 @@ use crate::preflight::check_numbers;
 /// Largest number of values kept: more than a check depends on.
 pub(super) const MAX_VALUES: usize = 48;
 
-/// Replies to gets of settings that the arm would give now.
+/// Replies that the arm would give now to gets of its settings.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SettingValues(Vec<Value>);
 
@@ -76,8 +76,9 @@ pub(super) fn changes(row: &Row) -> bool {
 
 /// True if a command of `row` changes the value of `other`.
 ///
-/// These are its own value, the laser state for commands that may burn, the jump heights, which two
-/// commands set (model section 7), and the two tools that share the pump (model section 13).
+/// A command changes its own value. One that may burn also changes the laser's state. The two
+/// commands for jump heights change each other's value (model section 7), and so do the commands of
+/// the two tools that share the pump (model section 13).
 pub(super) fn reaches(row: &Row, other: &Row) -> bool {
     const JUMPS: [u8; 2] = [
         <PtpJumpParams as Writable>::ROW.id,

@@ -9,8 +9,8 @@ use magician_protocol::{AlarmSet, Effect, Frame, Row, Writable};
 use crate::connection::Micros;
 use crate::preflight::state_at;
 
-/// Validity of the pose of an arm at rest, and of the absence of alarms, us: somebody may have
-/// moved the arm by hand since.
+/// Validity of the pose of an arm at rest, and of the absence of alarms, us. It is short because
+/// the arm may have been moved by hand since.
 pub(super) const STATE_VALIDITY: Micros = 1_000_000;
 /// Time for which the steps of one call share a reading of the queue, us.
 const QUEUE_VALIDITY: Micros = 100_000;
@@ -51,7 +51,7 @@ struct RestPose {
     pose: Pose,
     /// Index of the command finished last.
     index: u64,
-    /// Instant at which that was certain. `None` if a reading must confirm it.
+    /// Instant at which the pose was certain. `None` if a reading must confirm it.
     at: Option<Micros>,
 }
 
@@ -132,8 +132,8 @@ impl RestState {
         foreign
     }
 
-    /// Notes a reading, unless anything but reads was sent since [`writes_sent`](Self::writes_sent)
-    /// were `before`.
+    /// Stores a reading that began when [`writes_sent`](Self::writes_sent) was `before`, unless
+    /// anything but reads was sent since.
     pub(super) fn note_look(&mut self, look: QueueLook, before: u64) {
         self.look = (self.orders == before).then_some(look);
     }
@@ -153,8 +153,8 @@ impl RestState {
         self.runs
     }
 
-    /// True if a reset would show: false for an arm that has done nothing yet, whose indices start
-    /// at 0 anyway.
+    /// True if a reset would show in the indices: false for an arm that has executed nothing yet,
+    /// whose index is 0 anyway.
     pub(super) const fn shows_resets(&self) -> bool {
         self.accounted > 0
     }

@@ -15,7 +15,7 @@ use crate::preflight::check_numbers;
 pub struct ArmOutputs {
     /// Tool tip relative to the flange, mm.
     pub tool: Option<[f32; 3]>,
-    /// True while the last known command may burn.
+    /// True if the laser may burn, false if it is certainly off.
     pub laser: Option<bool>,
     /// True if the suction cup is on.
     pub suction: Option<bool>,
@@ -24,7 +24,7 @@ pub struct ArmOutputs {
     /// True if suction cup and gripper are both switched on and it is unknown which of them has the
     /// pump.
     pub pump_is_contested: bool,
-    /// Ratio of the set speed of point-to-point moves, percent.
+    /// Velocity ratio of point-to-point moves, percent.
     pub speed: Option<f32>,
 }
 
@@ -137,7 +137,7 @@ impl ToolPicture {
                 let cup = reply.read::<EndEffectorSuctionCup>().ok();
                 let cup = cup.map(|cup| AirSwitch::new(cup.is_ctrl_enabled, cup.is_sucked));
                 if self.suction.is_some() && self.suction != cup {
-                    // Switched by another program since, so that tool has the pump now.
+                    // Another program has switched the suction cup since, so it has the pump now.
                     self.air = Some(AirTool::Suction);
                 }
                 self.suction = cup;

@@ -25,7 +25,7 @@ pub(super) struct Values {
     /// Unfinished queued commands that change a setting or an output.
     pending: PendingQueue,
     queue: QueueHold,
-    /// Poses since anything but a read was sent.
+    /// Poses read since the last frame sent that was not a read.
     rest: RestDetector,
     /// Number of times that a known value became unknown.
     pub(super) lapses: u64,
@@ -67,7 +67,7 @@ impl Values {
             return self.forget();
         };
         match row.effect {
-            // A program stored in the arm changes what it likes.
+            // A program stored in the arm may change anything.
             Effect::Queue if row.id == QueuedCmdStartDownload::ROW.id => self.forget(),
             Effect::Store => self.forget(),
             _ if changes(row) => {
@@ -76,8 +76,8 @@ impl Values {
                     if let Some(oldest) = self.pending.sent(row, request) {
                         self.finish(0, &oldest);
                     }
-                } else if let Some(light) = LaserEffect::of(request) {
-                    self.laser.sent(light);
+                } else if let Some(effect) = LaserEffect::of(request) {
+                    self.laser.sent(effect);
                 }
             }
             _ => {}
@@ -107,10 +107,10 @@ impl Values {
             if let Some(value) = as_value(row, request) {
                 self.keep(now, row, &[], value.frame().params());
             }
-            if let Some(light) = LaserEffect::of(request) {
-                self.laser.set(light);
-                let put_out = light.channels.meet(Channels::BEAM) && !light.burns;
-                // Without the queue only a new command can light the laser again.
+            if let Some(effect) = LaserEffect::of(request) {
+                self.laser.set(effect);
+                let put_out = effect.channels.intersects(Channels::BEAM) && !effect.burns;
+                // While the queue is held, only a new command can light the laser again.
                 if put_out && self.queue == QueueHold::Held {
                     self.pending.rest();
                 }
@@ -154,8 +154,8 @@ impl Values {
         };
         if done {
             // The laser may have been lit by this command after it was switched off.
-            if let Some(light) = LaserEffect::of(request) {
-                self.laser.sent(light);
+            if let Some(effect) = LaserEffect::of(request) {
+                self.laser.sent(effect);
             }
             self.doubt(row);
         }
@@ -211,7 +211,7 @@ impl Values {
     }
 
     pub(super) fn read_pose(&mut self, now: Micros, pose: Pose) {
-        // At rest the command that StopExec let run has ended.
+        // The arm is at rest, so the command that StopExec let finish has ended.
         if self.rest.see(now, pose) {
             if self.queue == QueueHold::Stopping {
                 self.queue = QueueHold::Held;
@@ -234,9 +234,9 @@ impl Values {
         let request = one.request.frame();
         self.settings.drop_changed(one.row);
         // A command that may not have run does not switch the laser off.
-        let light = one.light_at_its_end();
-        if let Some(light) = light.filter(|light| light.burns || one.certain) {
-            self.laser.set(light);
+        let effect = one.light_at_its_end();
+        if let Some(effect) = effect.filter(|effect| effect.burns || one.certain) {
+            self.laser.set(effect);
         }
         if !one.certain {
             return self.doubt(one.row);

@@ -74,7 +74,7 @@ impl Preflight {
                 let why = message!("a plain jog does not stop at the fence");
                 Err(unchecked(why).remedy(Action::Jog, "stops before it"))
             }
-            // Afterwards the arm's coordinates, and so its fence, are elsewhere.
+            // After ResetPose the arm's coordinates, and with them its fence, are elsewhere.
             Set::ResetPose(_) if fence.bounds_space() => Err(unchecked(message!(
                 "ResetPose changes the arm's own position, and with it that of its fence"
             ))
@@ -86,7 +86,7 @@ impl Preflight {
     /// Checks the power of the laser.
     ///
     /// # Errors
-    /// [`Unreachable`](crate::ErrorKind::Unreachable) with both powers.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) with the power and its limit.
     pub fn check_power(&self, command: &Set) -> Result<()> {
         match self.fence.zip(self.power_of(command)) {
             Some((fence, power)) => fence.check_laser(power).map_err(Error::fenced),
@@ -100,7 +100,6 @@ impl Preflight {
             Set::CpLeCmd(segment) => Some(f64::from(segment.velocity_or_power)),
             // A switched laser burns at full power; only paths and PWM have a power of their own.
             Set::SetEndEffectorLaser(laser) => {
-                // The switched laser has no power setting.
                 (laser.enable_ctrl.is_on() && laser.on.is_on()).then_some(100.0)
             }
             Set::IoPwm(output) if self.laser_pins && output.address == LASER_POWER => {
@@ -164,7 +163,8 @@ impl Preflight {
         }
     }
 
-    /// Checks the path on which homing seeks the switch of J1: to the switch, and a little back.
+    /// Checks the path on which homing seeks the switch of J1: to the switch, a little back, and to
+    /// the switch again.
     pub(super) fn search_within_fence(&self, from: &ArmState) -> Result<()> {
         if self.fence.is_none() {
             return Ok(());

@@ -71,7 +71,7 @@ impl Laser {
             Doing::Standing(doing) if self.burns() => doing,
             Doing::Travelling if self.burns() => message!("travels"),
             // The power of a path applies to its segments; on other lines the firmware's behaviour
-            // is open.
+            // is unknown.
             Doing::Drawing if self.along => message!("leaves the path that it burns"),
             _ => return Ok(()),
         };

@@ -90,7 +90,7 @@ pub struct Preflight {
     rail: Option<f64>,
     /// Home point. `None` if unknown.
     home: Option<magician_motion::Pose>,
-    /// True if the program has set it, so that it does not depend on the tool.
+    /// True if the program has set the home point, which then does not depend on the tool.
     home_is_set: bool,
     laser: Laser,
     path: Path,
@@ -213,8 +213,8 @@ impl Preflight {
     /// Reports the time of a continuous path only once it is settled: with later segments, and the
     /// rest with the command that ends the path or by [`rest`](Self::rest).
     ///
-    /// The sum is the same for a third of the work, if single segments do not matter. The time of a
-    /// path in progress counts as reported.
+    /// The sum is the same at a third of the work, but the times of single segments are lost. The
+    /// time of a path in progress counts as reported.
     #[must_use]
     pub fn summing(mut self) -> Self {
         self.path = Path::lazy();
@@ -227,12 +227,12 @@ impl Preflight {
         Duration::from_micros(self.moved_for(rest))
     }
 
-    /// Additional time of a motion that lasts this many whole periods.
+    /// Additional time of a motion with this duration, a whole number of periods, us.
     fn moved_for(&mut self, lasting: u64) -> u64 {
         match lasting {
-            // The first period has partly passed already.
             0 => 0,
             FOREVER => FOREVER,
+            // The first period has partly passed already.
             _ => lasting.saturating_sub(std::mem::take(&mut self.into_period)),
         }
     }

@@ -54,8 +54,8 @@ impl Preflight {
                     self.at = Some(after);
                 }
                 self.now = then;
-                // A home point that was never set stays at its joints. Whether it was set cannot be
-                // read.
+                // A home point that was never set stays at its joints, so its position changes with
+                // the tool. Whether it was set cannot be read.
                 let home = self.now.home.filter(|_| self.home_is_set);
                 self.home = home.map(|home| [home.x, home.y, home.z, home.r].map(f64::from).into());
                 Ok(0)
@@ -161,8 +161,7 @@ impl Preflight {
         Ok(plan.trajectory.duration_us())
     }
 
-    /// Completes a motion as [`arrive_by`](Self::arrive_by), and checks its speed, which is the
-    /// planned one.
+    /// Completes a motion as [`arrive_by`](Self::arrive_by), and checks its planned speed.
     fn arrive_in_time(&mut self, plan: Result<Plan, MotionError>) -> Result<u64> {
         if let Ok(plan) = &plan {
             self.slow_enough(&plan.trajectory)?;
@@ -252,7 +251,7 @@ impl Preflight {
         let planner = self.planner(self.model.power_up.speeds());
         let plan = planner.segment(&from, to, 0.0, 0.0, rates);
         self.arrive_by(plan)?;
-        // Checking both ends of a segment is enough, at a fraction of the work.
+        // Checking the end of each segment is enough, at a fraction of the work.
         let certain = self.model.certain;
         if self.model.limits != certain {
             let end = self.at.map(|at| certain.check(&at.joints));
@@ -291,7 +290,7 @@ impl Preflight {
         self.arrive_in_time(plan)
     }
 
-    /// Checks points that the arm passes without stopping.
+    /// Checks that points are in reach, but not the path to them.
     fn check_points<const N: usize>(&self, points: [[f32; 4]; N]) -> Result<()> {
         let geometry = self.geometry();
         for point in points {

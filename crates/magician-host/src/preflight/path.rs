@@ -16,7 +16,7 @@ pub(super) fn microseconds(seconds: f64) -> u64 {
 
 /// The path since the tool was last at rest.
 ///
-/// The speed at the end of a segment depends on the segments behind it that the arm knows by then.
+/// The speed at the end of a segment depends on the following segments that the arm knows by then.
 /// Older segments are settled; the rest is assumed to end at rest at the last known point. Each new
 /// segment makes the whole longer by the difference, so the sum reported is never less than the arm
 /// takes to the known end, and is exact at the real one.

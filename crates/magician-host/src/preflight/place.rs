@@ -1,4 +1,4 @@
-//! Errors of reach in millimetres, in the terms in which the caller gave the target.
+//! Errors of reach as positions in millimetres, as the caller gave the target.
 //!
 //! The planner reports a joint beyond its limit, which says little to a person who gave x, y and z.
 //! These errors name the first position that is out of reach and the nearest one in reach.
@@ -13,7 +13,7 @@ use crate::{Error, ErrorCode};
 
 /// Step of the search towards and away from the base, mm.
 const SEARCH_STEP: f64 = 10.0;
-/// Number of steps in either direction: no tool reaches farther.
+/// Number of steps in either direction: 600 mm in all, farther than any tool reaches.
 const SEARCH_STEPS: u32 = 60;
 /// Number of bisections of a step, to less than 0.1 mm.
 const BISECTIONS: u32 = 8;

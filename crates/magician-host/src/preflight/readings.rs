@@ -8,7 +8,7 @@ use magician_protocol::{Flag, Set};
 /// State of an arm before a program: its pose, and the settings that decide how it moves.
 ///
 /// The default is an arm right after power-up (model section 6), at an unknown pose.
-/// `Arm::preflight` reads all fields.
+/// `Arm::preflight` reads the fields that motions depend on, except the home point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Readings {

@@ -10,18 +10,18 @@ use crate::build::{line_speed, line_to, move_to, speed};
 use crate::message;
 use crate::{Error, ErrorCode, Result};
 
-/// Longest lift at the speeds in force; a slower one gets other speeds.
+/// Longest duration of a lift at the speeds in force; a slower lift sets its own speeds.
 // A choice: a pen is then up within two seconds of a stop.
 const MAX_LIFT_TIME: Duration = Duration::from_millis(800);
-/// Speed (mm/s) and acceleration (mm/s2) of such a lift, within the arm's ceilings (model section
-/// 6).
+/// Speed (mm/s) and acceleration (mm/s2) of a lift that sets its own, within the arm's ceilings
+/// (model section 6).
 const QUICK_SPEED: [f32; 2] = [200.0, 400.0];
 /// Resolution of the height of a lift cut short by the reach, mm.
 const HEIGHT_RESOLUTION: f64 = 0.05;
-/// Largest dip of a path across below the lower of its ends, mm: the error of `f32` and of a
+/// Largest dip of a path to the park below the lower of its ends, mm: the error of `f32` and of a
 /// sampled curve.
 const MAX_DIP: f64 = 0.5;
-/// Number of samples of a path across.
+/// Number of samples of each motion of such a path.
 const SAMPLES: u64 = 64;
 /// Distance below which no move is needed, mm.
 const MIN_DISTANCE: f64 = 1e-3;
@@ -40,7 +40,8 @@ pub struct Lift {
 impl Preflight {
     /// Plans a lift straight up by `height` (mm), or as far as the arm reaches.
     ///
-    /// It takes less than 1.5 s for heights up to 150 mm, whatever speeds are in force.
+    /// It takes less than 1.5 s for heights up to 150 mm, whatever speeds are in force, unless a
+    /// fence limits the speed.
     ///
     /// ```
     /// use magician_host::build;
@@ -117,9 +118,10 @@ impl Preflight {
 
     /// Plans a path to the parking position (x, y, z of the tool's tip).
     ///
-    /// It leads up to the height of that position if it is higher, across at that height, and
-    /// straight down; no part is below both ends. The path across is a straight line, or a move of
-    /// all joints together if the base is in the way. The tool turns with the arm.
+    /// The path leads straight up if the parking position is higher, across at the height of the
+    /// higher end, and straight down; no part is below both ends. The path across is a straight
+    /// line, or a move of all joints together if the base is in the way. The tool turns with the
+    /// arm.
     ///
     /// # Errors
     /// [`Unreachable`](crate::ErrorKind::Unreachable) with value and limit if the position or every

@@ -37,8 +37,8 @@ pub struct PathProfiles {
 }
 
 impl Preflight {
-    /// Velocity profile of each of these commands on this arm, as [`PathProfiles::of`] for the
-    /// built-in model: with the settings at power-up.
+    /// Velocity profile of each of these commands on this arm's model, with the settings at
+    /// power-up. [`PathProfiles::of`] does the same for the built-in model.
     #[must_use]
     pub fn path_profiles(&self, commands: &[Set]) -> Vec<Option<VelocityProfile>> {
         PathProfiles::of_model(&self.model, commands)
@@ -100,7 +100,7 @@ impl PathProfiles {
                 self.path.add(look_ahead, way);
                 true
             }
-            // A segment without length, or speeds without sense, has no profile.
+            // A segment without length or with invalid speeds has no profile.
             _ => false,
         }
     }

@@ -21,7 +21,7 @@ pub struct Stopping {
 }
 
 impl Preflight {
-    /// Speed and braking distance of a straight command from the arm's present position, with the
+    /// Speed and braking distance of a motion command from the arm's present position, with the
     /// settings in force.
     ///
     /// A segment of a path counts as if it were at full speed throughout. `None` for a command
@@ -46,7 +46,7 @@ impl Preflight {
         let planner = self.planner(self.now.settings.speeds());
         let (mode, point) = match command {
             Set::CpCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
-            // Paths are judged at full speed: where the arm really is depends on what follows.
+            // Paths are judged at full speed: the real speed depends on the segments that follow.
             Set::CpLeCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
             _ => return self.stopping_of(&self.motion_of(&from, command)?),
         };

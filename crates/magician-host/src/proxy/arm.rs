@@ -39,7 +39,7 @@ pub(super) struct Flight {
     pub(super) frame: FrameBuf,
     /// Clients that get the reply, each with its own ticket; the first one sent the request.
     pub(super) takers: Vec<(Client, Ticket)>,
-    /// Value of the proxy's epoch, which counts possible changes of the arm, when it was sent.
+    /// The proxy's epoch when the frame was sent. The epoch counts possible changes of the arm.
     pub(super) epoch: u64,
     /// Ordinal among all frames sent.
     pub(super) serial: u64,
@@ -56,9 +56,9 @@ impl Flight {
 
 /// Result of a reply from the arm.
 pub(super) struct ReplyMatch {
-    /// Frame that it answers, if a client waits for it.
+    /// Frame that the reply answers. `None` if the proxy has given that frame up.
     pub(super) answered: Option<Flight>,
-    /// Frames that it proves unanswered.
+    /// Older frames whose replies it proves lost.
     pub(super) lost: Vec<Flight>,
 }
 
@@ -109,8 +109,8 @@ impl ArmLine {
         (self.outstanding).has_abandoned(Key::of(&frame.frame()), waited_for)
     }
 
-    /// Frame to send before one whose key is still outstanding. `None` while a fence is in flight,
-    /// and on an unordered link, where only time helps.
+    /// Fence to send before a frame whose key is still outstanding. `None` while a fence is in
+    /// flight, and on an unordered link, where only time helps.
     pub(super) fn fence(&mut self) -> Option<FrameBuf> {
         let fenced = (self.flights.iter()).any(|flight| flight.purpose == Purpose::Fence);
         if fenced || !self.ordered {
@@ -195,8 +195,7 @@ impl ArmLine {
 
     /// Frees the line for others; only the client that sent the request still waits for this reply.
     pub(super) fn let_come_late(&mut self, mut flight: Flight) {
-        // Clients that joined a read ask for themselves, because their wait is over sooner that
-        // way.
+        // Clients that joined a read ask for themselves, which ends their wait sooner.
         flight.takers.truncate(1);
         self.late.push(flight);
     }
@@ -207,7 +206,7 @@ impl ArmLine {
         takers.into_iter().any(|(taker, _)| *taker == client)
     }
 
-    /// Removes late frames that no client waits for any more.
+    /// Removes the late frames that `which` selects.
     pub(super) fn give_up_late(&mut self, mut which: impl FnMut(&Flight) -> bool) -> Vec<Flight> {
         (self.late.extract_if(.., |flight| which(flight))).collect()
     }

@@ -26,10 +26,11 @@ pub enum Event {
         client: Client,
         /// Reply.
         frame: FrameBuf,
-        /// True if it answers a request of another client, or a cached one.
+        /// True if the reply is cached, or answers a request that another client sent.
         shared: bool,
     },
-    /// The arm did not reply in time, so the client gets no reply either.
+    /// A request ended without a reply, so the client gets none: the reply was lost or too late, or
+    /// the line was lost.
     Unanswered {
         /// Client that sent the request.
         client: Client,
@@ -51,7 +52,7 @@ pub enum Event {
         /// Frame.
         frame: FrameBuf,
     },
-    /// The arm sent a frame that nobody waits for, such as a reply that is too late.
+    /// The arm sent a frame that no client waits for, such as a reply that is too late.
     Unclaimed {
         /// Frame.
         frame: FrameBuf,

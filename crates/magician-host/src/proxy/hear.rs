@@ -47,7 +47,7 @@ impl Proxy {
                 self.request(client, frame);
             }
             Piece::Foreign(run) => {
-                // Other clients would suffer from noise, so it passes only on request.
+                // Noise would disturb other clients, so only a transparent proxy passes it on.
                 let passed = self.settings.transparent && self.online;
                 for bytes in Chunk::split(run) {
                     let passed = passed && self.push(client, RequestKind::Foreign(bytes));

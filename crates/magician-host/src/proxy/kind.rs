@@ -21,8 +21,8 @@ pub(super) fn stops(frame: &Frame<'_>) -> bool {
     }
 }
 
-/// True if one reply may serve several clients. Without an address, the reply to a get of a pin
-/// depends on the previous request (errata E39), so it may not.
+/// True if one reply may serve several clients. False for a get of a pin without an address: its
+/// reply depends on the previous request (errata E39).
 pub(super) fn can_be_shared(frame: &Frame<'_>) -> bool {
     Row::with_id(frame.id()).is_some_and(|row| {
         let complete = row.query.is_none_or(|query| query.fields.is_empty());
@@ -43,8 +43,8 @@ fn jog(frame: &Frame<'_>) -> Option<JogCmd> {
     jog?.ok()
 }
 
-/// Request that ends the jog which this request starts. `None` if it starts none. Queued jogs
-/// continue as well (hosts 9).
+/// Request that ends the jog which this request starts. `None` if it starts none. A queued jog runs
+/// on until it is stopped, too (hosts 9).
 pub(super) fn end_of_jog(frame: &Frame<'_>) -> Option<FrameBuf> {
     let begun = jog(frame).filter(|jog| jog.cmd != JogCommand::Stop)?;
     let end = JogCmd {

@@ -8,7 +8,7 @@ use super::cut::Cutter;
 use super::event::Chunk;
 use crate::connection::Ticket;
 
-/// Largest number of waiting requests per client.
+/// Largest number of pending requests per client. A stop is accepted up to twice this number.
 pub(super) const MAX_PENDING_REQUESTS: usize = 64;
 /// Size of the shortest frame, bytes.
 const MIN_FRAME_SIZE: usize = 6;
@@ -95,7 +95,7 @@ impl ClientQueue {
         first.is_some_and(|slot| matches!(slot.state, State::Answered { .. }))
     }
 
-    /// Removes the first reply, if it is next in the client's order.
+    /// Removes the first request and returns its reply. `None` if it has no reply yet.
     pub(super) fn reply(&mut self) -> Option<(FrameBuf, bool)> {
         match self.slots.front()?.state {
             State::Answered { frame, shared } => {

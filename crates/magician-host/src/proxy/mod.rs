@@ -3,34 +3,35 @@
 //! A [`Proxy`] stands between any number of clients and the line to one arm. To each client it
 //! looks like a private arm: every request is answered once, with its id and Ctrl, in the
 //! client's order, and never with another client's answer. Its methods are of the same kinds as
-//! those of [`Connection`](crate::connection::Connection): look, our own side
+//! those of [`Connection`](crate::connection::Connection): queries, our own side
 //! ([`open`](Proxy::open), [`close`](Proxy::close), [`lose_line`](Proxy::lose_line),
 //! [`find_line`](Proxy::find_line)), input ([`receive`](Proxy::receive),
-//! [`receive_from_arm`](Proxy::receive_from_arm)), time, and output; the `poll_` methods are called
-//! until they return `None` after each of the others.
+//! [`receive_from_arm`](Proxy::receive_from_arm)), time, and output. After any of the others, call
+//! the `poll_` methods of the output until they return `None`.
 //!
 //! * **Turns.** Replies carry no number, so one request is in flight at a time and clients take
 //!   turns. A stop (StopExec, ForceStop, Clear, the immediate stop of a jog) overtakes all waiting
 //!   requests and does not wait for the one in flight. Earlier requests of the same client that
 //!   would change something and were not sent yet are dropped, because they must not run after the
 //!   stop.
-//! * **Shared reads.** A get that another client has in flight, or that was answered less than
-//!   [`max_reply_age`](Settings::max_reply_age) ago, gets the same reply if nothing that may change the arm was
-//!   sent meanwhile. No client gets the same reply twice, so a client that polls as fast as it can
-//!   gets as many readings as it would alone.
+//! * **Shared reads.** A get equal to one that another client has in flight, or that was answered
+//!   less than [`max_reply_age`](Settings::max_reply_age) ago, gets the same reply if nothing that
+//!   may change the arm was sent meanwhile. No client gets the same reply twice, so a client that
+//!   polls as fast as it can gets as many readings as it would alone.
 //!   [`Row::only_looks`](magician_protocol::Row::only_looks) says which gets can be shared.
 //! * **No retransmission.** A missing reply stays missing, as it would with the arm itself; the
-//!   client decides whether to ask again. An overdue reply no longer blocks the line, but the
-//!   client still gets it if it arrives: until a later request is answered, which proves it lost,
-//!   and at most for the [lifetime](connection::Settings::lifetime) of a frame. Before another
-//!   request with the same id and Ctrl a *fence* is sent, by the rules of [`connection`].
+//!   client decides whether to ask again. An overdue reply no longer blocks the line. The client
+//!   still gets it if it arrives before the reply to a later request, which proves it lost, and
+//!   within the [lifetime](connection::Settings::lifetime) of a frame. Before another request with
+//!   the same id and Ctrl a *fence* is sent, by the rules of [`connection`].
 //! * **Whole frames.** Bytes outside of frames are reported and, unless
 //!   [`transparent`](Settings::transparent), not passed on, because they would disturb the other
 //!   clients. Frames with unknown ids pass.
 //! * **Disconnection.** When a client disconnects, its unsent requests are dropped except stops,
-//!   and a jog that it started is stopped (unless [`keep_going`](Settings::keep_going)). Its queued
-//!   commands are its own business. A lost line ends all waiting requests, and requests that arrive
-//!   before the line is back: none is executed later.
+//!   and a jog that it started is stopped (unless [`keep_going`](Settings::keep_going)). Commands
+//!   that it has queued in the arm are not touched.
+//! * **Lost line.** All pending requests end without a reply. Requests that arrive before the line
+//!   is back are dropped, so none is executed later.
 
 mod arm;
 mod cut;
@@ -139,14 +140,15 @@ impl Proxy {
         self.members.get(&client).map_or(0, ClientQueue::room)
     }
 
-    /// True if a client has a reply to fetch. Polling for the arm may produce one too, for requests
-    /// that need not go there.
+    /// True if a client has a reply to fetch. [`poll_transmit_to_arm`](Self::poll_transmit_to_arm)
+    /// may produce one as well, for a request that it answers from a shared reply.
     #[must_use]
     pub fn is_answering(&self) -> bool {
         self.members.values().any(ClientQueue::has_reply)
     }
 
-    /// True if the arm has not confirmed a frame of the proxy's own: the stop of a jog.
+    /// True while the arm has not confirmed a stop: the proxy's own stop of a jog, or a stop of a
+    /// client that is in flight or was left by a client that disconnected.
     #[must_use]
     pub fn is_letting_go(&self) -> bool {
         !self.own.is_empty() || self.arm.is_stopping()
@@ -255,7 +257,7 @@ impl Proxy {
         self.arm.let_come_late(flight);
     }
 
-    /// Ends late replies that a client no longer waits for.
+    /// Ends requests of a client whose late replies it no longer waits for.
     fn give_up_late(&mut self, client: Client, which: impl Fn(&Flight) -> bool) {
         let of_client = |flight: &Flight| flight.takers.iter().any(|(taker, _)| *taker == client);
         for flight in (self.arm).give_up_late(|flight| of_client(flight) && which(flight)) {
@@ -272,8 +274,8 @@ impl Proxy {
         }
     }
 
-    /// Sends a read, which was only joined to another client's, for its own client for the first
-    /// time.
+    /// Lets the reads that joined this one wait for their own turn, because its reply does not
+    /// arrive.
     fn ask_for_joined(&mut self, flight: &Flight) {
         for (client, ticket) in flight.takers.iter().skip(1) {
             let member = self.members.get_mut(client);

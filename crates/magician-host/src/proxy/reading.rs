@@ -47,7 +47,8 @@ impl Readings {
         });
     }
 
-    /// Reply that is at most `max_reply_age` old and new to this client. `None` if no kept reply fits.
+    /// Returns a reply that is younger than `max_reply_age` and new to this client. `None` if no
+    /// kept reply fits.
     pub(super) fn take(
         &mut self,
         now: Micros,

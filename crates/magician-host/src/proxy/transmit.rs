@@ -96,8 +96,8 @@ impl Proxy {
             return;
         }
         for (client, member) in &mut self.members {
-            // The next request on the line shows whether a late reply still arrives, so do not
-            // bypass it.
+            // Only a reply to a later request on the line proves a late reply lost, so the next
+            // read of this client must go to the arm.
             if self.arm.is_late_for(*client) {
                 continue;
             }
@@ -129,7 +129,7 @@ impl Proxy {
         }
     }
 
-    /// Next request of the client whose turn it is.
+    /// Sends the next request of the client whose turn it is, or the fence that it needs first.
     fn transmit_in_turn(&mut self, now: Micros) -> Option<Chunk> {
         for client in self.in_turn() {
             let slot = self.members.get(&client).and_then(|member| member.next());

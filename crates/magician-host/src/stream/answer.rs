@@ -73,10 +73,11 @@ impl Stream {
         self.accepted += u64::from(!entry.inserted);
         self.first.get_or_insert(index);
         if self.expected.is_none() {
-            // First index, or first after a Clear: the numbers of dropped commands are skipped.
+            // First index of the stream, or first after a Clear, which skips the numbers of dropped
+            // commands.
             self.base = index.saturating_sub(1);
         }
-        // The command travelled alone, and everything before it is confirmed.
+        // If it travelled alone and everything before it is confirmed, its index is confirmed, too.
         let itself = self.confirmed.is_none_or(|confirmed| index > confirmed);
         if self.entries.unconfirmed(self.confirmed) <= usize::from(itself) {
             self.confirmed = Some(index);
@@ -100,7 +101,7 @@ impl Stream {
 
     fn command_failed(&mut self, now: ArmInstant, at: usize, failure: Failure) {
         let nowhere = match failure {
-            // Sent or possibly taken: only the others are known to have had no effect.
+            // The controller may have taken the command; after any other failure it has not.
             Failure::Uncertain { .. } | Failure::NoIndex | Failure::Timeout { sent: 1.. } => false,
             Failure::Timeout { .. }
             | Failure::QueueFull
@@ -125,7 +126,7 @@ impl Stream {
             .skip(at + 1)
             .any(|entry| !entry.is_waiting());
         match failure {
-            // Already over, or its fate is being found out.
+            // The stream is over, or `resolve` finds out the fate of every command.
             _ if self.is_over() || matches!(self.phase, Phase::Resolve(_)) => {}
             // Dropped by the connection because it waited behind the gap.
             Failure::Stopped if self.gap => {}
@@ -133,8 +134,8 @@ impl Stream {
             Failure::QueueFull | Failure::Busy | Failure::Draining if overtaken => {
                 self.note_gap(failure);
             }
-            // The queue was empty when the group was measured, and must not start with a part of
-            // it.
+            // The group was measured to fit in the empty queue, which must not start with only a
+            // part of the group.
             Failure::QueueFull if self.stopped && self.group.is_some() => {
                 self.fail(StreamFailure::Request(failure));
             }

@@ -1,5 +1,5 @@
-//! The arm's clock beside the connection's. Both are one for a real arm; the clock of a virtual arm
-//! may leap.
+//! The arm's clock beside the connection's. For a real arm both run together; the clock of a
+//! virtual arm may leap.
 
 use std::time::Duration;
 
@@ -10,8 +10,8 @@ use crate::connection::Micros;
 /// The arm's time as the stream sees it, relative to the connection's clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Clock {
-    /// Passes like the connection's clock: it showed the first instant when that clock showed the
-    /// second.
+    /// Runs with the connection's clock. The arm's clock showed the first value when the
+    /// connection's clock showed the second.
     Runs(ArmInstant, Micros),
     /// Stands until the next leap: actions of the host take no time.
     Stands(ArmInstant),
@@ -40,7 +40,7 @@ impl Clock {
         }
     }
 
-    /// True if the clock goes straight from one end of a command to the next.
+    /// True if the clock leaps from the end of one command to the end of the next.
     pub(super) fn leaps(&self) -> bool {
         matches!(self, Self::Stands(_))
     }

@@ -7,7 +7,7 @@ use crate::connection::Connection;
 /// Consecutive readings that must contradict the count before they are believed.
 // A choice: a single one may be old.
 pub(super) const CONTRADICTIONS_TO_BELIEVE: u32 = 3;
-/// Commands allowed in the arm whatever they take: one running and the next one.
+/// Number of commands allowed in the arm regardless of their times: the running one and the next.
 const MIN_COMMANDS_IN_ARM: usize = 2;
 
 /// Knowledge about the places in the controller's queue.
@@ -44,7 +44,7 @@ impl Stream {
         if self.credit.full || self.credit.missing > 0 {
             return 0;
         }
-        // Finished but unconfirmed commands still occupy a slot here.
+        // Finished but unconfirmed commands still count towards `MAX_KEPT`.
         let kept = self.entries.kept();
         let free = self.places().saturating_sub(self.at_most() as usize);
         free.min(MAX_KEPT.saturating_sub(kept))

@@ -9,8 +9,9 @@ impl Stream {
     /// Reports that the controller gave these indices to commands that were sent once, because the
     /// line duplicated a datagram. True if the stream continues.
     ///
-    /// It continues after one second copy of a command that has the same result when repeated.
-    /// Otherwise the duplicate is reported, and the next index out of order ends the stream.
+    /// It continues after a single copy of a command that has the same result when repeated.
+    /// Otherwise the stream does not count the copy, and the next index, which is out of order,
+    /// ends it.
     pub fn note_duplicate(&mut self, from: u64, to: u64) -> bool {
         let next = self.expected == Some(from) && from == to;
         let flying = self.entries.iter().filter(|entry| entry.is_in_flight());

@@ -31,14 +31,14 @@ pub struct Beginning {
 pub(super) enum Phase {
     /// Waits for the first command and reads the state of the arm.
     Begin,
-    /// Decides what is put in while the queue is stopped.
+    /// Decides how many commands are put in before the queue is started.
     Choose,
     /// The queue is being stopped for a group of commands.
     Stop,
-    /// A group is put in.
+    /// The group is being put in.
     Load,
-    /// The group is in, and the stream checks whether the arm stands still; with the last reading.
-    /// A start in a motion may end it (model section 14).
+    /// The group is in the queue, and the stream checks whether the arm stands still. Holds the
+    /// previous reading. A start during a motion may end the motion (model section 14).
     AwaitRest(Option<QueueSnapshot>),
     /// The queue is being started.
     Start,
@@ -48,8 +48,8 @@ pub(super) enum Phase {
     Settle,
     /// The queue is being stopped after a loss.
     Halt,
-    /// The stopped queue finishes the current command; with the last reading. A Clear may end a
-    /// motion (model section 14).
+    /// The stopped queue finishes the current command. Holds the previous reading. A Clear during a
+    /// motion may end the motion (model section 14).
     AwaitStop(Option<QueueSnapshot>),
     Clear,
     /// The cleared queue drains; its left space, and the instant since which that is constant.
@@ -146,7 +146,7 @@ impl Stream {
     /// Evaluates a complete reading for the current phase.
     pub(super) fn look_complete(&mut self, now: ArmInstant, last: Option<u64>) {
         match self.phase {
-            // A reading begun in an earlier phase has neither left space nor pose.
+            // The reading began in an earlier phase and lacks the pose.
             Phase::AwaitRest(_) | Phase::AwaitStop(_) | Phase::Drain { .. } if !self.reader.has_pose => {
                 self.reader.look_closely(now, true);
             }
@@ -163,8 +163,7 @@ impl Stream {
                 self.phase = match (self.stands(now, before), before) {
                     (true, _) => Phase::Start,
                     (false, None) => Phase::AwaitRest(Some(self.reader.snapshot(now))),
-                    // An unanswered start got through after all, or commands of others run without
-                    // one.
+                    // The arm moves: an unanswered start got through, or commands of others run.
                     (false, Some(_)) => self.started(now),
                 }
             }
@@ -182,7 +181,8 @@ impl Stream {
         }
     }
 
-    /// Decides what is put in while the queue is stopped.
+    /// Decides how many commands are put in before the queue is started, and whether the queue is
+    /// stopped for them.
     fn choose(&mut self, now: ArmInstant) {
         let Some(next) = self.next() else {
             self.phase = if self.stopped {
@@ -216,7 +216,7 @@ impl Stream {
         } else if lights || several && empty {
             Phase::Stop
         } else if empty && !self.settings.running {
-            // Only while nothing can move: a start during a motion may end it.
+            // Only while nothing can move: a start during a motion may end the motion.
             Phase::Start
         } else {
             Phase::Load
@@ -260,7 +260,8 @@ impl Stream {
 
     fn load(&mut self, now: ArmInstant, to: &mut Connection) {
         self.send(now, to);
-        // A single command is answered, or the connection finds out its fate.
+        // At window 1 no reading is needed: the command is answered, or the connection finds out
+        // its fate.
         if self.flying() > 0 && self.window == 1 {
             return;
         }
@@ -268,7 +269,7 @@ impl Stream {
             self.pace(now);
             return;
         }
-        // Everything permitted was sent: with no group to complete, the queue can start.
+        // Everything permitted was sent. If no group is incomplete, the queue can start.
         if self.group.is_none_or(|left| left == 0) {
             self.group = None;
             self.phase = match (self.stopped, self.settings.running) {
@@ -374,7 +375,8 @@ impl Stream {
             return shares && flying < self.window;
         }
         let certain = self.entries.unconfirmed(self.confirmed) == 0;
-        // Without shared commands confirmation may need a settle point, which a reading provides.
+        // A command that must travel alone waits for confirmation of those before it. If none of
+        // their replies is a settle point, a reading provides one.
         if !certain && !shares && !self.reader.is_planned() {
             self.reader.look(now);
         }
@@ -392,7 +394,7 @@ impl Stream {
     }
 
     /// True if the queue may be cleared and all unconfirmed commands repeated. False if commands of
-    /// others wait in it, or if starting it is the caller's business.
+    /// others wait in it, or if the caller starts it.
     pub(super) fn may_go_back(&self) -> bool {
         let ours = self.settings.start && self.foreign_left(self.reader.current) == 0;
         ours && self.unconfirmed().all(|entry| entry.repeatable)
@@ -402,7 +404,8 @@ impl Stream {
     pub(super) fn release_finished(&mut self, connection: &Connection) {
         let accepted = connection.confirmed_index().map(|index| index.0);
         if self.expected.is_some() {
-            // After a restart of the count the connection knows nothing of earlier indices.
+            // The connection may have begun a new count and know nothing of earlier indices, so the
+            // higher of both values holds.
             self.confirmed = self.confirmed.max(accepted.min(self.last));
         }
         self.mark();

@@ -187,7 +187,7 @@ impl Entries {
         self.unfinished(current).and(self.tally.flying)
     }
 
-    /// Number of commands sent and not confirmed, if all up to this index are.
+    /// Number of commands sent and not confirmed, given the confirmed index.
     pub(super) fn unconfirmed(&self, confirmed: Option<u64>) -> usize {
         if confirmed == self.marks.1 {
             return self.tally.unconfirmed;
@@ -220,7 +220,8 @@ impl Entries {
             doubtful, highest, ..
         } = self.tally;
         if confirmed != before.1 {
-            // Indices between the marks exist: count anew. Otherwise no accepted one is left above.
+            // Accepted commands may be unconfirmed: count anew. Otherwise only those in flight and
+            // doubtful ones are.
             if confirmed.is_none_or(|confirmed| highest > confirmed) {
                 return self.count();
             }

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::fmt;
 
 use crate::connection::Failure;
+use crate::{Message, message};
 
 /// An event of a [`Stream`](super::Stream). At most one of each kind is pending, the newest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,51 +124,79 @@ pub enum StreamFailure {
     },
 }
 
-impl fmt::Display for StreamFailure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl StreamFailure {
+    /// Returns the reason as a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> Message {
         match self {
-            Self::Request(failure) => write!(f, "a queued command failed: {failure:?}"),
-            Self::Index { expected, found } => {
-                write!(f, "expected index {expected}, the arm gave {found}")
-            }
+            Self::Request(failure) => message!(
+                "a queued command failed: {failure}",
+                failure = format!("{failure:?}")
+            ),
+            Self::Index { expected, found } => message!(
+                "expected index {expected}, the arm gave {found}",
+                expected,
+                found
+            ),
             Self::Reset {
                 before,
                 now: Some(now),
-            } => write!(
-                f,
-                "the current index went back from {before} to {now}: the arm was reset"
+            } => message!(
+                "the current index went back from {before} to {now}: the arm was reset",
+                before,
+                now
             ),
             Self::Reset { before, now: None } => {
-                write!(f, "the arm was reset after index {before}")
+                message!("the arm was reset after index {before}", before)
             }
-            Self::Dropped { counted, read } => write!(
-                f,
-                "the queue should hold {counted}, but holds {read}: it was cleared"
+            Self::Dropped { counted, read } => message!(
+                "the queue should hold {counted}, but holds {read}: it was cleared",
+                counted,
+                read
             ),
-            Self::NotDrained { left, places } => write!(
-                f,
-                "the cleared queue shows {left} of {places} places and does not drain"
+            Self::NotDrained { left, places } => message!(
+                "the cleared queue shows {left} of {places} places and does not drain",
+                left,
+                places
             ),
-            Self::Tail { found, from, to } => write!(
-                f,
-                "the arm's last index is {found}, this program accounts for {from} to {to}"
+            Self::Tail { found, from, to } => message!(
+                "the arm's last index is {found}, this program accounts for {from} to {to}",
+                found,
+                from,
+                to
             ),
-            Self::Pose { expected, found } => write!(
-                f,
-                "the arm should stand at {expected:.2?}, it stands at {found:.2?}"
+            Self::Pose { expected, found } => message!(
+                "the arm should stand at {expected}, it stands at {found}",
+                expected = format!("{expected:.2?}"),
+                found = format!("{found:.2?}")
             ),
-            Self::PoseUnknown { found } => write!(
-                f,
-                "the arm stands at {found:.2?}, its expected position is unknown"
+            Self::PoseUnknown { found } => message!(
+                "the arm stands at {found}, its expected position is unknown",
+                found = format!("{found:.2?}")
             ),
-            Self::Unclear { confirmed, found } => {
-                write!(f, "up to queue index {found}")?;
-                if let Some(confirmed) = confirmed {
-                    write!(f, ", after {confirmed}")?;
-                }
-                f.write_str(", commands that must not be repeated may be missing")
-            }
+            Self::Unclear {
+                confirmed: Some(confirmed),
+                found,
+            } => message!(
+                "up to queue index {found}, after {confirmed}, commands that must not be repeated \
+                    may be missing",
+                found,
+                confirmed
+            ),
+            Self::Unclear {
+                confirmed: None,
+                found,
+            } => message!(
+                "up to queue index {found}, commands that must not be repeated may be missing",
+                found
+            ),
         }
+    }
+}
+
+impl fmt::Display for StreamFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.sentence())
     }
 }
 
@@ -187,14 +216,22 @@ pub enum Refused {
     Over,
 }
 
+impl Refused {
+    /// Returns the reason as a sentence.
+    #[must_use]
+    pub fn sentence(self) -> Message {
+        match self {
+            Self::Full => message!("the stream is full"),
+            Self::NotQueueable => message!("the command cannot be queued"),
+            Self::TooLong => message!("the command does not fit in a frame"),
+            Self::Over => message!("the stream takes no more commands"),
+        }
+    }
+}
+
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Full => "the stream is full",
-            Self::NotQueueable => "the command cannot be queued",
-            Self::TooLong => "the command does not fit in a frame",
-            Self::Over => "the stream takes no more commands",
-        })
+        f.write_str(&self.sentence())
     }
 }
 

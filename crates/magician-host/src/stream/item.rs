@@ -45,9 +45,9 @@ pub enum NextOffer {
 /// Settings of a [`Stream`](super::Stream).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamSettings {
-    /// Longest motion in the queue, us.
+    /// Largest total time of the commands in the queue, us.
     pub horizon: Micros,
-    /// Longest motion in the queue while the laser may be lit, us.
+    /// Largest total time of the commands in the queue while the laser may be lit, us.
     pub laser_horizon: Micros,
     /// Largest number of segments of a path in flight, within the connection's window. 1: each
     /// waits for the reply to the previous one.
@@ -107,7 +107,8 @@ pub(super) struct Entry {
     pub(super) fate: Fate,
     /// True if it is absolute and has the same result when repeated.
     pub(super) repeatable: bool,
-    /// True if the stream inserted it, to switch the laser off between two chunks or on again.
+    /// True if the stream inserted it: a command that switches the laser off or on, the dark end of
+    /// a path, a piece of a cut segment, or the copy of a duplicated command.
     pub(super) inserted: bool,
     /// True if the switched laser stays lit after it, whatever the arm does.
     pub(super) lit: bool,
@@ -153,7 +154,7 @@ impl Entry {
         matches!(self.fate, Fate::InFlight(_))
     }
 
-    /// True if a duplicate by the line changes nothing.
+    /// True if a second copy, made by the line, changes nothing.
     pub(super) fn tolerates_duplicate(&self) -> bool {
         tolerates_duplicate(&self.item.command) && !self.burns()
     }
@@ -232,8 +233,8 @@ fn is_repeatable(command: &Set) -> bool {
     }
 }
 
-/// True if an immediate second copy changes nothing: repeatable commands, and commands that set
-/// something to a value.
+/// True if an immediate second copy changes nothing: repeatable commands, and idempotent commands
+/// that cannot burn.
 fn tolerates_duplicate(command: &Set) -> bool {
     let row = command.row();
     let sets = row.is_idempotent() && !row.may_burn;

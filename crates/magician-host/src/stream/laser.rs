@@ -78,8 +78,8 @@ impl Stream {
 
     /// Cuts the next command if it is a segment that burns for longer than the laser's horizon.
     ///
-    /// Its first piece is sent separately, so that the arm never has more than that and the current
-    /// piece. A segment with unknown start or time stays whole.
+    /// Its first piece is sent separately, so that the arm never has more than the current piece
+    /// and the next one. A segment with unknown start or time stays whole.
     pub(super) fn cut(&mut self, next: usize) {
         let Some(entry) = self.entries.get(next) else {
             return;
@@ -141,7 +141,7 @@ impl Stream {
         }
     }
 
-    /// Ends a path with a segment of no power to the same end. Returns how many commands were
+    /// Ends a path with a segment without power to the same end. Returns how many commands were
     /// added.
     fn seal(&mut self, from: usize, count: usize) -> usize {
         let at = from + count;
@@ -173,7 +173,8 @@ impl Stream {
     }
 }
 
-/// First share of a segment and the rest of it. `None` if the start is unknown.
+/// Splits a segment into its first share and the rest. `None` if it is absolute and its start is
+/// unknown.
 fn split(whole: CpLeCmd, start: Option<[f64; 4]>, share: f64) -> Option<(CpLeCmd, CpLeCmd)> {
     let numbers = [whole.x, whole.y, whole.z];
     if whole.cp_mode == CpMode::Relative {

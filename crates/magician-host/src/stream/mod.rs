@@ -6,7 +6,7 @@
 //! A [`Stream`] does no I/O and reads no clock. Its methods are of the same kinds as the
 //! connection's, and callers use them in the same loop:
 //!
-//! * look: `&self` methods, which change nothing;
+//! * queries: `&self` methods, which change nothing;
 //! * our own side: [`offer`](Stream::offer) a command while there is [`room`](Stream::room),
 //!   [`finish`](Stream::finish) after the last one, [`interrupt`](Stream::interrupt) when the line
 //!   is lost or the arm is stopped, [`reset`](Stream::reset) when the connection reports a reset of
@@ -30,9 +30,9 @@
 //!
 //! The *horizon* bounds how long the arm moves on if the host dies: the total time of all commands
 //! that are accepted or in flight and not finished, counting the current one whole. Two commands
-//! are allowed whatever they take, so that the arm always has the next one. An unknown time fills
-//! the horizon. With [`start`](StreamSettings::start) off there is no horizon: a caller that only
-//! fills a queue decides when it runs.
+//! are allowed regardless of their times, so that the arm always has the next one. An unknown time
+//! fills the horizon. With [`start`](StreamSettings::start) off there is no horizon: a caller that
+//! only fills a queue decides when it runs.
 //!
 //! # Stopped first, then started
 //!
@@ -43,7 +43,7 @@
 //! command. The stream decides whether a program fits as soon as it is finished or too many
 //! commands are offered; for a caller that does neither, it waits 20 ms.
 //!
-//! # Whose time
+//! # Which clock
 //!
 //! Times of commands are in the arm's time. It is assumed to pass like the connection's, until a
 //! call of [`leap_clock`](Stream::leap_clock) declares that the arm is in virtual time.
@@ -61,14 +61,16 @@
 //! commands from one to the other are a *chunk*, which is put in whole while the queue is stopped
 //! and empty, and then started. A chunk longer than the laser's horizon or the queue is split at
 //! the end of a command: the stream inserts a command that switches the laser off and another that
-//! lights it again for the next chunk. The seams are visible in the work: at each (once a second;
-//! with 32 places every 30 segments, if they are short) the arm stands still and dark for a tenth
-//! of a second or two while the next chunk goes in, and since it brakes before the seam and
-//! accelerates after it at full power, the line is darker there. For an even line use `CPLECmd`.
+//! lights it again for the next chunk.
+//!
+//! The seams between chunks are visible in the work. There is one every second, or every 30
+//! segments if these are short and the queue has 32 places. At each seam the arm stands still and
+//! dark for 0.1 to 0.2 s while the next chunk goes in. It brakes before the seam and accelerates
+//! after it at full power, so the line is darker there. For an even line use `CPLECmd`.
 //!
 //! A program that ends with the laser lit is left so. A laser that is lit through its IO pins, or
-//! was lit before the stream, is not recognised as switched; for it, as for all items with
-//! [`Item::laser`] set, the shorter horizon applies.
+//! was lit before the stream, is not recognised as switched: the shorter horizon then applies only
+//! to items with [`Item::laser`] set.
 //!
 //! # Above window 1
 //!
@@ -169,7 +171,7 @@ pub struct Stream {
     credit: Credit,
     reader: Reader,
     events: Events,
-    /// Largest number of repeatable commands in flight at present.
+    /// Current limit of repeatable commands in flight.
     window: usize,
     gaps: usize,
     /// True if a command was lost between others.
@@ -186,8 +188,7 @@ pub struct Stream {
     stopped: bool,
     /// Consecutive unanswered starts of the queue.
     starts: u8,
-    /// Commands of the group that goes in while the queue is stopped and that were not sent yet.
-    /// `None`: no limit.
+    /// Number of commands still to be sent before the queue is started. `None`: no limit.
     group: Option<usize>,
     control: Option<Ticket>,
     /// Instant before which nothing is submitted, because the connection had no room.
@@ -202,13 +203,13 @@ pub struct Stream {
     expected: Option<u64>,
     /// Command accepted last.
     newest: Option<Entry>,
-    /// True if its index, or that of a command found in the queue, may be too low
+    /// True if the index of `newest`, or of a command found in the queue, may be too low
     /// ([`Connection::is_last_index_estimated`]).
     guessed: bool,
     confirmed: Option<u64>,
     /// Pose after the last command that was finished and released. `None` if unknown.
     last_pose: Option<[f64; 4]>,
-    /// The same as a position; also known after segments whose pose is not.
+    /// The same as a position, which is also known after a segment whose pose is unknown.
     last_position: Option<[f64; 3]>,
     /// Current index when the queue was last cleared, or when the stream began.
     cleared_at: u64,
@@ -419,8 +420,8 @@ impl Stream {
 
     /// Ends the stream with a failure, because the line is lost or a stop is sent.
     ///
-    /// Call it before the connection's own `interrupt` or stop, and continue to pass it the
-    /// answers, so that it learns the fate of the commands in flight.
+    /// Call this before the connection's own `interrupt` or stop. Continue to pass the answers to
+    /// the stream, so that it learns the fate of the commands in flight.
     pub fn interrupt(&mut self, failure: crate::connection::Failure) {
         self.fail(StreamFailure::Request(failure));
     }
@@ -435,7 +436,7 @@ impl Stream {
         }
     }
 
-    /// Commands that the connection has not ended, with the frames that their replies answer.
+    /// Requests of commands that the connection has not ended, with their frames.
     pub fn under_way(&self) -> impl Iterator<Item = (Ticket, FrameBuf)> {
         self.entries.iter().filter_map(|entry| match entry.fate {
             Fate::InFlight(ticket) => {
@@ -482,8 +483,8 @@ impl Stream {
 
     /// Longest [leap](Self::leap_clock) of the clock before something is due. `None` if nothing is.
     ///
-    /// The leap must not go beyond the end of what the arm has, nor, if the stream [wants
-    /// room](Self::wants_room), beyond the end of a command.
+    /// The leap must not go beyond the end of the arm's last command nor, if the stream [wants
+    /// room](Self::wants_room), beyond the end of the current one.
     #[must_use]
     pub fn patience(&self, now: Micros) -> Option<Duration> {
         let due = self.due(self.reader.poll_leap())?;

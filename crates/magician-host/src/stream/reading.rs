@@ -21,7 +21,7 @@ const MAX_READ_INTERVAL: Micros = 200_000;
 /// Longest time before a reading at the end of a single command whose time is known, us.
 const MAX_END_WAIT: Micros = 10_000_000;
 /// Time between two readings while commands flow and there is room for many more, us. A reading
-/// that cannot travel beside a command costs as much of the line as one.
+/// that cannot travel beside a command costs as much line time as a command.
 const FLOWING_READ_INTERVAL: Micros = 400_000;
 /// Shortest time between two readings of left space while the stream waits for the arm, us. The
 /// cross-check finds lost commands, so it is frequent while the line is idle.
@@ -62,8 +62,8 @@ pub(super) struct Reader {
     known: bool,
     /// True if a lower current index was read last; the next reading decides whether to believe it.
     lower: bool,
-    /// Instant at which the current index last advanced or was first read; [`ArmInstant::MAX`]
-    /// before that.
+    /// Instant at which the current index last advanced or was first read, or at which the queue
+    /// began to run. [`ArmInstant::MAX`] in a resumed stream before its first reading.
     changed: ArmInstant,
     misses: u32,
     /// Left space read last, and when.
@@ -329,8 +329,8 @@ impl Stream {
         self.mark();
     }
 
-    /// True if there is room for all commands sent before a reading can report more. While there
-    /// is, a late reading costs nothing, because it takes its turn among the commands.
+    /// True if there is room for all commands sent before a reading can report more. The reading
+    /// may then wait its turn among the commands without delaying any of them.
     fn has_room(&self) -> bool {
         self.credit() > self.window + 2
     }
@@ -429,7 +429,7 @@ impl Stream {
             _ if self.clock.leaps() => wait.clamp(MIN_READ_INTERVAL, MAX_END_WAIT),
             _ => wait.clamp(MIN_READ_INTERVAL, MAX_READ_INTERVAL),
         };
-        // A reading at that moment shows everything.
+        // The reading comes when the only command ends, so the current index alone decides.
         self.reader.ends = only && (wait == 0 || since.saturating_add(wait) >= time);
         self.reader.look(now.after_micros(wait));
         self.reader.awaits_news = self.flows();

@@ -122,9 +122,9 @@ impl Stream {
         self.events.push(StreamEvent::Recovered { again, window });
     }
 
-    /// Number of unconfirmed commands up to the arm's position. `None`, and the stream has failed,
-    /// if it stands at the end of none of them. Lost ones in between make no difference: see
-    /// `keeps_line`.
+    /// Number of unconfirmed commands up to the arm's position. If the arm stands at the end of
+    /// none of them, fails the stream and returns `None`. Lost ones in between make no difference:
+    /// see `keeps_line`.
     fn passed_commands(&mut self) -> Option<usize> {
         let current = self.reader.current;
         let [x, y, z, _] = self.reader.pose;

@@ -72,8 +72,9 @@ impl Leftover {
 }
 
 impl Leftover {
-    /// Declares that the queue was stopped and cleared since, on a line on which a laser may have
-    /// burnt. [`Stream::resume`] then begins with the first command that the arm had not finished.
+    /// Declares that the queue was stopped and cleared after the stream ended, because a laser may
+    /// have been burning. [`Stream::resume`] then begins with the first command that the arm had
+    /// not finished.
     #[must_use]
     pub fn cleared(mut self) -> Self {
         self.0.cleared = self.has_begun();
@@ -133,7 +134,7 @@ impl Stream {
     /// Remembers the phase in which the stream ends, which decides how it is resumed.
     pub(super) fn note_interruption(&mut self) {
         self.phase_at_end = match self.phase {
-            // The stream ended before it had found out.
+            // The fate of the commands of an earlier phase is still unknown, so that phase counts.
             Phase::Resolve(_) | Phase::Ended => self.phase_at_end,
             _ if self.gap => Phase::Settle,
             phase => phase,
@@ -305,8 +306,8 @@ impl Stream {
         }
     }
 
-    /// Clears the queue and returns to the last confirmed vertex, because all unconfirmed commands
-    /// may be repeated.
+    /// Begins a recovery, which clears the queue and continues from the vertex at which the arm
+    /// stands. Fails the stream if an unconfirmed command must not be repeated.
     fn go_back(&mut self) {
         if !self.may_go_back() {
             let (confirmed, found) = (self.confirmed, self.reader.current);

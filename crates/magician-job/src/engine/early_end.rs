@@ -205,12 +205,14 @@ impl Engine {
         }
         let height = {
             let tracker = self.tracker();
-            let ProgressTracker { rest, counter, .. } = &*tracker;
+            let ProgressTracker {
+                remaining, counter, ..
+            } = &*tracker;
             let moved = |rest: &RemainingProgram| {
                 rest.has_moved(counter, stopped_at.index, &stopped_at.pose)
             };
             // A pen that moved before the first command was not moved by this job.
-            let moved = tracker.pulled > 0 && rest.as_ref().is_some_and(moved);
+            let moved = tracker.pulled > 0 && remaining.as_ref().is_some_and(moved);
             if !moved {
                 return PenLift::None;
             }
@@ -287,7 +289,7 @@ impl Engine {
         };
         let from = tracker.from();
         let (least, most) = (from + span.least, from + span.most);
-        if let (true, Some(rest)) = (self.burns, &tracker.rest)
+        if let (true, Some(rest)) = (self.burns, &tracker.remaining)
             && let Some(dark) = self.arm.laser().lights_out()
             && let Some(place) = laser_off_place(rest, (least, most), &dark, &stopped_at.pose)
         {
@@ -295,7 +297,7 @@ impl Engine {
         }
         // If the index counts other commands too, the pose decides, unless a command may have run
         // twice.
-        if let (true, false, Some(rest)) = (least < most, uncertain, &tracker.rest)
+        if let (true, false, Some(rest)) = (least < most, uncertain, &tracker.remaining)
             && let Some((resume_point, (steps, within))) =
                 resume_by_pose(rest, (least, most), &stopped_at.pose).or_else(|| {
                     let burns = self.burns;
@@ -307,7 +309,7 @@ impl Engine {
         }
         // During the first step the index says nothing about its progress, but the pose does.
         let first = tracker
-            .rest
+            .remaining
             .as_ref()
             .filter(|_| (least, most) == (from, from));
         if let (Some(rest), true, false) = (first, self.burns, tracker.at_first)
@@ -324,13 +326,13 @@ impl Engine {
             ResumePoint::Again(from)
         } else if least == most {
             resume_point_at(least, |steps| {
-                let rest = tracker.rest.as_ref()?;
+                let rest = tracker.remaining.as_ref()?;
                 rest.stands_after(steps, &stopped_at.pose, true)
             })
         } else {
             ResumePoint::Doubt(StepRange { least, most })
         };
-        let goes_on = (tracker.rest.as_ref())
+        let goes_on = (tracker.remaining.as_ref())
             .and_then(|rest| rest.resume_place(resume_point, &stopped_at.pose));
         let (resume_point, within) = match goes_on {
             Some((steps, Some(place))) => (ResumePoint::Again(steps), Some((steps, place))),

@@ -19,13 +19,13 @@ pub(super) type ResumeReply = oneshot::Sender<Result<(), ResumeError>>;
 /// Receiver of the requests to a job.
 pub(super) struct Inbox {
     requests: mpsc::UnboundedReceiver<Request>,
-    /// Announces that the program at the other end of the line is about to end; it stops the job as
-    /// a person does.
+    /// Notice that the program at the other end of the line is about to end. The notice stops the
+    /// job like a stop by a person.
     line_end_notice: EndNotice,
-    stop: FirstStop,
+    first_stop: FirstStop,
     /// Pause requests without a reply yet.
     pauses: Vec<PauseReply>,
-    /// Reason of the first of them.
+    /// Reason of the first pending pause request.
     reason: Option<PauseReason>,
 }
 
@@ -61,7 +61,7 @@ impl Inbox {
         Self {
             requests,
             line_end_notice,
-            stop: FirstStop::None,
+            first_stop: FirstStop::None,
             pauses: Vec::new(),
             reason: None,
         }
@@ -88,31 +88,31 @@ impl Inbox {
 
     /// True if the end of the line stopped the job.
     pub(super) fn was_stopped_by_line(&self) -> bool {
-        matches!(self.stop, FirstStop::Line | FirstStop::LineAndPerson)
+        matches!(self.first_stop, FirstStop::Line | FirstStop::LineAndPerson)
     }
 
-    async fn next(&mut self) -> Request {
+    async fn next_request(&mut self) -> Request {
         loop {
             let Self {
                 requests,
                 line_end_notice,
-                stop,
+                first_stop,
                 ..
             } = self;
             let request = tokio::select! {
                 biased;
                 Some(request) = requests.recv() => request,
-                () = line_end_notice.given(), if *stop == FirstStop::None => {
-                    *stop = FirstStop::Line;
+                () = line_end_notice.given(), if *first_stop == FirstStop::None => {
+                    *first_stop = FirstStop::Line;
                     return Request::Stop;
                 }
                 // All handles are dropped: there are no more requests.
                 else => pending().await,
             };
-            match (&request, *stop) {
-                (Request::Stop, FirstStop::Line) => *stop = FirstStop::LineAndPerson,
+            match (&request, *first_stop) {
+                (Request::Stop, FirstStop::Line) => *first_stop = FirstStop::LineAndPerson,
                 (Request::Stop, FirstStop::None) => {
-                    *stop = FirstStop::Person;
+                    *first_stop = FirstStop::Person;
                     return request;
                 }
                 // A second stop, or a pause or resume.
@@ -137,12 +137,12 @@ impl Inbox {
             tokio::select! {
                 // Requests first: work that is always ready must not starve a stop.
                 biased;
-                request = self.next() => match request {
+                request = self.next_request() => match request {
                     Request::Stop => return Err(Stopped),
                     Request::Pause(reason, reply) => self.note_pause(reason, reply),
                     Request::Resume(reply) => drop(reply.send(Err(ResumeError::NotPaused))),
                 },
-                done = &mut work => return Ok(done),
+                output = &mut work => return Ok(output),
             }
         }
     }
@@ -150,7 +150,7 @@ impl Inbox {
     /// Waits for the next stop or pause while the job runs.
     pub(super) async fn next_interruption(&mut self) -> RunInterruption {
         loop {
-            match self.next().await {
+            match self.next_request().await {
                 Request::Stop => return RunInterruption::Stop,
                 Request::Pause(reason, reply) => {
                     self.note_pause(reason, reply);
@@ -164,7 +164,7 @@ impl Inbox {
     /// Waits for the next stop or resume while the job is paused.
     pub(super) async fn next_pause_end(&mut self) -> PauseEnd {
         loop {
-            match self.next().await {
+            match self.next_request().await {
                 Request::Stop => return PauseEnd::Stop,
                 // The job is paused already.
                 Request::Pause(_, reply) => drop(reply.send(Ok(()))),

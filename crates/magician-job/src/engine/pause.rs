@@ -284,7 +284,7 @@ impl Engine {
     /// True if the command after this index may be in progress while the pose stands still.
     fn is_hidden(&self, index: u64) -> bool {
         let tracker = self.tracker();
-        let Some(rest) = &tracker.rest else {
+        let Some(rest) = &tracker.remaining else {
             return false;
         };
         let StepRange { least, most } = tracker.counter.finished(index);
@@ -309,11 +309,14 @@ impl Engine {
             let from = tracker.from();
             return Some((
                 from,
-                tracker.rest.as_ref().and_then(RemainingProgram::within),
+                tracker
+                    .remaining
+                    .as_ref()
+                    .and_then(RemainingProgram::within),
             ));
         }
         let from = tracker.from();
-        let rest = tracker.rest.clone()?;
+        let rest = tracker.remaining.clone()?;
         let StepRange { least, most } = tracker.counter.finished(stopped_at.index);
         let (least, most) = (from + least, from + most);
         let found = if least == most {

@@ -42,7 +42,7 @@ pub(super) struct ProgressTracker {
     /// True if the arm's index may skip numbers or count foreign commands at any time.
     index_may_skip: bool,
     /// The rest of the program that runs.
-    pub(super) rest: Option<RemainingProgram>,
+    pub(super) remaining: Option<RemainingProgram>,
     /// Height by which the pen is lifted if the job is stopped now, mm.
     pub(super) lift: Option<f64>,
     /// Place to resume at, once known.
@@ -76,7 +76,7 @@ impl ProgressTracker {
             pulled: 0,
             inserted: 0,
             index_may_skip: false,
-            rest: None,
+            remaining: None,
             lift: None,
             resume_place: None,
             last_report: None,
@@ -117,12 +117,12 @@ impl ProgressTracker {
             .counter
             .last()
             .map(|(index, steps)| (index, from + steps));
-        self.rest = Some(rest.clone());
+        self.remaining = Some(rest.clone());
     }
 
     /// First step of the segment, counted over all iterations.
     pub(super) fn from(&self) -> u64 {
-        self.rest.as_ref().map_or(0, RemainingProgram::from)
+        self.remaining.as_ref().map_or(0, RemainingProgram::from)
     }
 
     /// Upper bound of the steps handed over to the arm.
@@ -139,7 +139,7 @@ impl ProgressTracker {
 
     /// Number of the step to which the last of `commands` belongs.
     fn steps_of(&self, commands: u64) -> u64 {
-        let rest = self.rest.as_ref();
+        let rest = self.remaining.as_ref();
         rest.map_or(commands, |rest| rest.steps_of(commands))
     }
 
@@ -155,10 +155,10 @@ impl ProgressTracker {
             let from = self.from();
             let index = self.counter.last();
             self.checkpoint.index = index.map(|(index, steps)| (index, from + steps));
-            self.write_if_lasting();
+            self.write_if_arm_outlives_process();
         } else if !self.checkpoint.mixed {
             self.checkpoint.mixed = true;
-            self.write_if_lasting();
+            self.write_if_arm_outlives_process();
         }
     }
 
@@ -173,9 +173,9 @@ impl ProgressTracker {
             let most = self.checkpoint.steps.unwrap_or(u64::MAX);
             // Written before the command goes out: after a crash this is an upper bound.
             self.checkpoint.handed = steps.saturating_add(STEPS_RECORDED_AHEAD).min(most);
-            self.write_if_lasting();
+            self.write_if_arm_outlives_process();
         } else if first {
-            self.write_if_lasting();
+            self.write_if_arm_outlives_process();
         }
     }
 
@@ -201,7 +201,7 @@ impl ProgressTracker {
             .written
             .is_none_or(|written| written.elapsed() >= WRITE_INTERVAL)
         {
-            self.write_if_lasting();
+            self.write_if_arm_outlives_process();
         }
     }
 
@@ -230,7 +230,7 @@ impl ProgressTracker {
         within: Option<(u64, [f64; 3])>,
         (burns, pose): (bool, &Pose),
     ) {
-        let rest = self.rest.as_ref().filter(|_| burns);
+        let rest = self.remaining.as_ref().filter(|_| burns);
         match rest.and_then(|rest| rest.before_braking(resume_point, within, pose)) {
             Some(place) => self.record_burn_end(place),
             None => self.record_end(resume_point, within),
@@ -278,7 +278,7 @@ impl ProgressTracker {
         self.write();
     }
 
-    fn write_if_lasting(&mut self) {
+    fn write_if_arm_outlives_process(&mut self) {
         if self.outlives_process {
             self.write();
         }

@@ -127,11 +127,11 @@ impl HoldToRun {
     /// Handles a press reported as a repeat. A control that reports repeats also reports releases.
     pub fn repeat(&mut self, direction: JogDirection, now: Duration) -> HoldAction {
         self.releases = true;
-        let turn = self.press(direction, now);
+        let action = self.press(direction, now);
         if let Some(held) = &mut self.held {
             held.repeats = true;
         }
-        turn
+        action
     }
 
     /// Handles the release of the control for `direction`; `None` means any other control.

@@ -104,8 +104,8 @@ impl Pendant {
 
     /// Handles a press of a direction control.
     ///
-    /// During a step further presses are ignored. During a stop the last press waits for its end,
-    /// unless its control is released first.
+    /// During a step further presses are ignored. A press during a stop replaces an earlier one,
+    /// and waits until the stop has ended, unless its control is released first.
     pub fn press(&mut self, direction: JogDirection, now: Duration) -> Option<PendantOrder> {
         match self.mode {
             JogMode::Hold => self.apply_hold(|hold| hold.press(direction, now)),
@@ -123,9 +123,9 @@ impl Pendant {
 
     /// Handles the release of a direction control; `None` means any other control.
     pub fn release(&mut self, direction: Option<JogDirection>) -> Option<PendantOrder> {
-        let stepped = self.step_pending.take_if(|step| Some(*step) == direction);
+        let dropped_step = self.step_pending.take_if(|step| Some(*step) == direction);
         let order = self.apply_hold(|hold| hold.release(direction));
-        order.or(stepped.map(|_| PendantOrder::EndJog))
+        order.or(dropped_step.map(|_| PendantOrder::EndJog))
     }
 
     /// Handles the passage of time. Call it several times a second while the person at the control
@@ -137,9 +137,9 @@ impl Pendant {
 
     /// Ends a held jog and drops a waiting step: the person at the control may be gone.
     pub fn release_all(&mut self) -> Option<PendantOrder> {
-        let stepped = self.step_pending.take();
+        let dropped_step = self.step_pending.take();
         let order = self.apply_hold(HoldToRun::release_all);
-        order.or(stepped.map(|_| PendantOrder::EndJog))
+        order.or(dropped_step.map(|_| PendantOrder::EndJog))
     }
 
     /// Stops everything and switches the laser off.
@@ -165,24 +165,24 @@ impl Pendant {
 
     /// Selects the next longer step of 0.1, 1, 5, 10 and 50 mm or deg.
     pub fn longer_step(&mut self) {
-        self.step = next(&STEP_LENGTHS, self.step, true);
+        self.step = next_entry(&STEP_LENGTHS, self.step, true);
     }
 
     /// Selects the next shorter step.
     pub fn shorter_step(&mut self) {
-        self.step = next(&STEP_LENGTHS, self.step, false);
+        self.step = next_entry(&STEP_LENGTHS, self.step, false);
     }
 
     /// Order for the next higher speed ratio of 1, 5, 10, 20, 30, 50, 75 and 100 %.
     #[must_use]
     pub fn faster(&self) -> PendantOrder {
-        PendantOrder::Speed(next(&SPEED_RATIOS, self.speed, true))
+        PendantOrder::Speed(next_entry(&SPEED_RATIOS, self.speed, true))
     }
 
     /// Order for the next lower speed ratio.
     #[must_use]
     pub fn slower(&self) -> PendantOrder {
-        PendantOrder::Speed(next(&SPEED_RATIOS, self.speed, false))
+        PendantOrder::Speed(next_entry(&SPEED_RATIOS, self.speed, false))
     }
 
     /// Order that toggles the suction cup.
@@ -207,13 +207,13 @@ impl Pendant {
         PendantOrder::Tool(ToolOrder::Laser(on))
     }
 
-    /// True if the laser burns, or was ordered on and has not answered.
+    /// True if the laser burns, or if an order to switch it on has no reply yet.
     #[must_use]
     pub const fn may_burn(&self) -> bool {
         self.tools.laser || self.laser_pending
     }
 
-    /// True if an order moves this axis.
+    /// True if a jog or step in progress moves this axis.
     #[must_use]
     pub fn moves(&self, axis: Axis) -> bool {
         matches!(self.activity, Some(Activity::Jog(direction) | Activity::Step(direction)) if direction.axis == axis)
@@ -242,9 +242,9 @@ impl Pendant {
     }
 
     fn step(&mut self, direction: JogDirection) -> Option<PendantOrder> {
-        let waits = self.activity == Some(Activity::Stop);
-        self.step_pending = waits.then_some(direction);
-        (waits || self.activity.is_none()).then_some(PendantOrder::Step {
+        let waits_for_stop = self.activity == Some(Activity::Stop);
+        self.step_pending = waits_for_stop.then_some(direction);
+        (waits_for_stop || self.activity.is_none()).then_some(PendantOrder::Step {
             direction,
             length: self.step,
             burning: self.tools.laser,
@@ -265,11 +265,11 @@ impl Pendant {
 }
 
 /// Next entry of an ascending list, upwards or downwards; `now` at its end.
-fn next(list: &[f32], now: f32, up: bool) -> f32 {
+fn next_entry(list: &[f32], now: f32, up: bool) -> f32 {
     let found = if up {
-        list.iter().find(|one| **one > now)
+        list.iter().find(|entry| **entry > now)
     } else {
-        list.iter().rev().find(|one| **one < now)
+        list.iter().rev().find(|entry| **entry < now)
     };
     found.copied().unwrap_or(now)
 }

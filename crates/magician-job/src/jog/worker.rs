@@ -141,13 +141,13 @@ impl ArmWorker {
             PendantOrder::ClearAlarms => {
                 let arm = self.arm.clone();
                 let future = async move { Ok(arm.clear_alarms().await.map(|()| None)?) };
-                self.begin_beside_motion(Activity::ClearAlarms, future)
+                self.push_side_order(Activity::ClearAlarms, future)
             }
             PendantOrder::Tool(tool) => {
                 // The caller has verified that the laser may burn.
                 let arm = self.arm.allowing_laser();
                 let future = async move { Ok(arm.set_any(&tool.command()).await.map(|()| None)?) };
-                self.begin_beside_motion(Activity::Tool(tool), future)
+                self.push_side_order(Activity::Tool(tool), future)
             }
             PendantOrder::Speed(percent) => self.speed(percent),
             PendantOrder::Jog { direction, keep } => self.start_jog(direction, keep),
@@ -323,7 +323,7 @@ impl ArmWorker {
             arm.set(&moves).await?;
             Ok(None)
         };
-        self.begin_beside_motion(Activity::Speed(percent), future)
+        self.push_side_order(Activity::Speed(percent), future)
     }
 
     fn begin_if_free(
@@ -331,8 +331,8 @@ impl ArmWorker {
         activity: Activity,
         future: impl Future<Output = OrderOutcome> + Send + 'static,
     ) -> Option<OrderDone> {
-        let jog_for_jog = matches!(activity, Activity::Jog(_)) || self.jog.is_none();
-        if self.moving.is_none() && jog_for_jog {
+        let may_replace_jog = matches!(activity, Activity::Jog(_)) || self.jog.is_none();
+        if self.moving.is_none() && may_replace_jog {
             self.begin(activity, future);
             return None;
         }
@@ -349,7 +349,7 @@ impl ArmWorker {
         self.moving = Some(RunningOrder { activity, future });
     }
 
-    fn begin_beside_motion(
+    fn push_side_order(
         &mut self,
         activity: Activity,
         future: impl Future<Output = OrderOutcome> + Send + 'static,

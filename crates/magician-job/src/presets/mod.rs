@@ -7,7 +7,7 @@
 mod report;
 mod store;
 
-use magician::message;
+use magician::{Message, message};
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -101,15 +101,19 @@ impl Preset {
             .iter()
             .map(|row| row.name)
             .collect();
-        let tool = match given.work {
-            Some(WorkOption::Draw) => "laser",
-            _ => "pen",
-        };
-        let unused = (!unused.is_empty())
-            .then(|| format!("left out as options of a {tool}: {}", unused.join(", ")));
-        let told: Vec<_> = self.note.iter().cloned().chain(unused).collect();
-        let told = (!told.is_empty()).then(|| {
-            let told = format!("preset {}: {}", self.name, told.join("; "));
+        let unused = (!unused.is_empty()).then(|| {
+            let options = unused.join(", ");
+            match given.work {
+                Some(WorkOption::Draw) => {
+                    message!("left out as options of a laser: {options}", options)
+                }
+                _ => message!("left out as options of a pen: {options}", options),
+            }
+        });
+        let told = { self.note.iter().map(Message::from).chain(unused) }
+            .reduce(|before, next| message!("{before}; {next}", before, next));
+        let told = told.map(|told| {
+            let told = message!("preset {name}: {told}", name = self.name, told);
             Diagnostic::of_file(told).coded(DiagnosticCode::Assumed)
         });
         Ok((options, told))
@@ -136,7 +140,7 @@ pub enum PresetError {
         problem: Box<Diagnostic>,
     },
     /// The options cannot be saved as a preset.
-    Inexpressible(String),
+    Inexpressible(Message),
     /// The system has no directory for presets.
     NoDirectory,
     /// The limit on presets is reached.
@@ -145,29 +149,51 @@ pub enum PresetError {
     File(PathBuf, io::Error),
 }
 
+impl PresetError {
+    /// Error as a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> Message {
+        match self {
+            Self::Name(name) => message!(
+                "a preset cannot be called {name}: its name has letters, digits, - and _, at most {most}",
+                name = format!("{name:?}"),
+                most = MAX_NAME_LENGTH
+            ),
+            Self::Unknown(name, known) => message!(
+                "there is no preset {name}; known are {known}",
+                name,
+                known = known.join(", ")
+            ),
+            Self::Shipped(name) => message!(
+                "the preset {name} comes with this program and cannot be removed",
+                name
+            ),
+            Self::Broken { path, problem, .. } => message!(
+                "{path}: {why}",
+                path = path.display().to_string(),
+                why = problem.sentence()
+            ),
+            Self::Inexpressible(why) => why.clone(),
+            Self::NoDirectory => message!("there is no directory for presets"),
+            Self::TooMany => message!(
+                "{most} presets are kept at most: remove some",
+                most = MAX_PRESETS
+            ),
+            Self::File(path, error) => message!(
+                "{path}: {why}",
+                path = path.display().to_string(),
+                why = error.to_string()
+            ),
+        }
+    }
+}
+
 impl fmt::Display for PresetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Name(name) => write!(
-                f,
-                "a preset cannot be called {name:?}: its name has letters, digits, - and _, at most {MAX_NAME_LENGTH}"
-            ),
-            Self::Unknown(name, known) => {
-                write!(
-                    f,
-                    "there is no preset {name}; known are {}",
-                    known.join(", ")
-                )
-            }
-            Self::Shipped(name) => write!(
-                f,
-                "the preset {name} comes with this program and cannot be removed"
-            ),
+            // Escapes control characters of the file, unlike the sentence.
             Self::Broken { path, problem, .. } => write!(f, "{}: {problem}", path.display()),
-            Self::Inexpressible(why) => f.write_str(why),
-            Self::NoDirectory => f.write_str("there is no directory for presets"),
-            Self::TooMany => write!(f, "{MAX_PRESETS} presets are kept at most: remove some"),
-            Self::File(path, error) => write!(f, "{}: {error}", path.display()),
+            _ => f.write_str(&self.sentence()),
         }
     }
 }
@@ -275,7 +301,7 @@ impl Presets {
         check_name(name)?;
         let text = to_text(note, options)?;
         // Options that could not be loaded again must not be saved.
-        parse(&text).map_err(|problem| PresetError::Inexpressible(problem.message.into()))?;
+        parse(&text).map_err(|problem| PresetError::Inexpressible(problem.message))?;
         self.save_text(name, text)
     }
 
@@ -287,11 +313,11 @@ impl Presets {
         check_name(name)?;
         let store = self.store.as_ref().ok_or(PresetError::NoDirectory)?;
         if text.len() > MAX_PRESET_SIZE {
-            let why = "it is too large for a preset".to_owned();
+            let why = message!("it is too large for a preset");
             return Err(PresetError::Inexpressible(why));
         }
         let (note, options) =
-            parse(&text).map_err(|problem| PresetError::Inexpressible(problem.to_string()))?;
+            parse(&text).map_err(|problem| PresetError::Inexpressible(problem.sentence()))?;
         let own = self.own_names();
         if own.len() >= MAX_PRESETS && !own.iter().any(|known| known == name) {
             return Err(PresetError::TooMany);
@@ -418,12 +444,12 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
 fn to_text(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetError> {
     if let Some(FontChoice::File { name, .. }) = &options.font {
         let message = message!("a preset cannot keep the font of a file: {name}", name);
-        return Err(PresetError::Inexpressible(message.into()));
+        return Err(PresetError::Inexpressible(message));
     }
     let mut text = String::new();
     let mut put = |key: &str, value: &Value| {
         let value = toml::Value::try_from(value)
-            .map_err(|error| PresetError::Inexpressible(format!("{key}: {error}")))?;
+            .map_err(|error| PresetError::Inexpressible(format!("{key}: {error}").into()))?;
         text.push_str(&format!("{key} = {value}\n"));
         Ok(())
     };
@@ -432,9 +458,9 @@ fn to_text(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetE
     }
     let said = options.to_fields();
     if said.is_empty() {
-        return Err(PresetError::Inexpressible(
-            "there is no option to save".to_owned(),
-        ));
+        return Err(PresetError::Inexpressible(message!(
+            "there is no option to save"
+        )));
     }
     for (key, value) in &said {
         put(key, value)?;

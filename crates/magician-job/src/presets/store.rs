@@ -77,11 +77,13 @@ impl PresetStore for PresetFolder {
         match fs::metadata(&file) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             // Too large for a preset: refuse it before reading.
-            Ok(about) if about.len() > super::MAX_PRESET_SIZE as u64 => {
+            Ok(metadata) if metadata.len() > super::MAX_PRESET_SIZE as u64 => {
                 Err(io::Error::other("it is too large for a preset"))
             }
             // Pipes and devices may never end.
-            Ok(about) if !about.is_file() => Err(io::Error::other("it is not a regular file")),
+            Ok(metadata) if !metadata.is_file() => {
+                Err(io::Error::other("it is not a regular file"))
+            }
             _ => fs::read_to_string(&file).map(Some),
         }
     }

@@ -83,8 +83,10 @@ impl Ledger {
         before: Option<Entry>,
     ) -> io::Result<Entry> {
         let own = before.as_ref().map(|entry| entry.path.clone());
-        let elder = self.of(serial).filter(|path| Some(path) != own.as_ref());
-        let elder: Vec<Set> = elder
+        let older = self
+            .files_of(serial)
+            .filter(|path| Some(path) != own.as_ref());
+        let older: Vec<Set> = older
             .filter_map(|path| read(&mut File::open(path).ok()?, serial))
             .flat_map(|saved| saved.settings().to_vec())
             .collect();
@@ -92,7 +94,7 @@ impl Ledger {
         for setting in saved.settings() {
             let same = |other: &&Set| other.row().id == setting.row().id;
             if settings.iter().find(same).is_none() {
-                settings.push(*elder.iter().find(same).unwrap_or(setting));
+                settings.push(*older.iter().find(same).unwrap_or(setting));
             }
         }
         let path = own.unwrap_or_else(|| {
@@ -101,7 +103,7 @@ impl Ledger {
             let name = format!("{}-{}-{now}.{EXTENSION}", file_stem(serial), process::id());
             self.0.join(name)
         });
-        let page = LedgerFile {
+        let content = LedgerFile {
             version: VERSION,
             serial: serial.to_owned(),
             settings: settings
@@ -113,7 +115,7 @@ impl Ledger {
         let mut file = WholeFile::create(&path)?;
         // Locked before it gets its final name: no other process ever sees it unlocked.
         file.try_lock()?;
-        file.write_all(&serde_json::to_vec(&page)?)?;
+        file.write_all(&serde_json::to_vec(&content)?)?;
         let lock = file.finish_open()?;
         Ok(Entry {
             path,
@@ -125,7 +127,7 @@ impl Ledger {
     /// Claims the files left for an arm. They belong to this process from now on.
     pub(super) fn claim(&self, serial: &str) -> ClaimedEntries {
         let mut left = ClaimedEntries::default();
-        for path in self.of(serial) {
+        for path in self.files_of(serial) {
             let Ok(mut lock) = File::open(&path) else {
                 continue;
             };
@@ -156,9 +158,9 @@ impl Ledger {
 
     /// Files that may belong to this arm. The content decides: different serial numbers can share a
     /// file name.
-    fn of(&self, serial: &str) -> impl Iterator<Item = PathBuf> {
+    fn files_of(&self, serial: &str) -> impl Iterator<Item = PathBuf> {
         let prefix = format!("{}-", file_stem(serial));
-        let mut of: Vec<PathBuf> = self
+        let mut files: Vec<PathBuf> = self
             .files()
             .filter(|path| {
                 let name = path.file_name().and_then(OsStr::to_str);
@@ -169,8 +171,8 @@ impl Ledger {
                 digits.is_some_and(|rest| rest.split('-').count() == 2)
             })
             .collect();
-        of.sort();
-        of.into_iter()
+        files.sort();
+        files.into_iter()
     }
 
     fn files(&self) -> impl Iterator<Item = PathBuf> + use<> {
@@ -215,12 +217,13 @@ impl StoredSetting {
 fn read(file: &mut File, serial: &str) -> Option<SettingsBackup> {
     let mut text = Vec::new();
     file.take(MAX_FILE_SIZE).read_to_end(&mut text).ok()?;
-    let page: LedgerFile = serde_json::from_slice(&text).ok()?;
-    if page.version != VERSION || page.serial != serial {
+    let content: LedgerFile = serde_json::from_slice(&text).ok()?;
+    if content.version != VERSION || content.serial != serial {
         return None;
     }
     SettingsBackup::from_saved(
-        page.settings
+        content
+            .settings
             .iter()
             .map(StoredSetting::setting)
             .collect::<Option<_>>()?,

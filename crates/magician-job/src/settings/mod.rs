@@ -11,6 +11,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use magician::{Message, message};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::de::DeTable;
@@ -43,17 +44,33 @@ pub enum SettingsError {
     Unwritable(PathBuf, io::Error),
 }
 
+impl SettingsError {
+    /// Error as a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> Message {
+        let shown = |path: &Path| path.display().to_string();
+        match self {
+            Self::Unreadable(path, why) => {
+                message!("{path} cannot be read: {why}", path = shown(path), why)
+            }
+            Self::Broken(path, why) => message!("{path}: {why}", path = shown(path), why),
+            Self::NoDirectory => message!("this system has no directory for settings"),
+            Self::NotEditable(path) => message!(
+                "{path} cannot be edited by this program",
+                path = shown(path)
+            ),
+            Self::Unwritable(path, why) => message!(
+                "{path} cannot be written: {why}",
+                path = shown(path),
+                why = why.to_string()
+            ),
+        }
+    }
+}
+
 impl fmt::Display for SettingsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unreadable(path, why) => write!(f, "{} cannot be read: {why}", path.display()),
-            Self::Broken(path, why) => write!(f, "{}: {why}", path.display()),
-            Self::NoDirectory => f.write_str("this system has no directory for settings"),
-            Self::NotEditable(path) => {
-                write!(f, "{} cannot be edited by this program", path.display())
-            }
-            Self::Unwritable(path, why) => write!(f, "{} cannot be written: {why}", path.display()),
-        }
+        f.write_str(&self.sentence())
     }
 }
 

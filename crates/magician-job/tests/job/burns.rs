@@ -9,13 +9,13 @@ use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::sleep;
 
 use super::fixtures::{bench, ink};
-use super::killed::{KillingJournal, killed};
+use super::killed::{SnapshotJournal, killed};
 use super::lifecycle::MemoryJournal;
 
 /// Longest gap allowed in a burn, mm.
 const MAX_GAP: f64 = 0.2;
-/// Time for which the controller reports one pose while the arm moves on to the next, s. The laser
-/// may have gone out anywhere on that distance.
+/// Period of the controller, s: it reports one pose while the arm moves on to the next. The laser
+/// may have gone out anywhere between the two poses.
 const PERIOD: f64 = 0.02;
 /// Longest piece of a burn, mm.
 const MAX_PIECE: f64 = 17.0;
@@ -37,12 +37,12 @@ fn total_length() -> f64 {
 fn position_at(mut along: f64) -> [f64; 2] {
     for side in CORNERS.windows(2) {
         let (from, to) = (side[0], side[1]);
-        let all = length(from, to);
-        if along <= all {
-            let share = along / all;
+        let side_length = length(from, to);
+        if along <= side_length {
+            let share = along / side_length;
             return [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
         }
-        along -= all;
+        along -= side_length;
     }
     CORNERS[CORNERS.len() - 1]
 }
@@ -52,17 +52,20 @@ fn along(place: [f64; 2]) -> f64 {
     let (mut before, mut best) = (0.0, (f64::MAX, 0.0));
     for side in CORNERS.windows(2) {
         let (from, to) = (side[0], side[1]);
-        let all = length(from, to);
-        let way = [0, 1].map(|axis| (to[axis] - from[axis]) / all);
+        let side_length = length(from, to);
+        let direction = [0, 1].map(|axis| (to[axis] - from[axis]) / side_length);
         let share = (0..2)
-            .map(|axis| way[axis] * (place[axis] - from[axis]))
+            .map(|axis| direction[axis] * (place[axis] - from[axis]))
             .sum::<f64>();
-        let share = share.clamp(0.0, all);
-        let off = length([0, 1].map(|axis| from[axis] + share * way[axis]), place);
+        let share = share.clamp(0.0, side_length);
+        let off = length(
+            [0, 1].map(|axis| from[axis] + share * direction[axis]),
+            place,
+        );
         if off < best.0 {
             best = (off, before + share);
         }
-        before += all;
+        before += side_length;
     }
     assert!(
         best.0 < 0.1,
@@ -187,7 +190,7 @@ const CAUSES: [Cause; 5] = [
 ];
 
 /// Runs a burn and ends it for this cause after a delay.
-async fn end_by(
+async fn run_until(
     cause: Cause,
     program: &Program,
     after: Duration,
@@ -239,107 +242,115 @@ async fn burn_stopped_at_any_instant_resumes_without_a_gap() {
         assert!(gap < 0.01 && twice < 0.01, "{speed}: {gap} {twice}");
         for (nth, cause) in CAUSES.into_iter().enumerate() {
             for after in instants(nth as u64, done.seconds).take(12) {
-                let told = format!("{speed} mm/s, {cause:?} after {after:.3} s");
+                let context = format!("{speed} mm/s, {cause:?} after {after:.3} s");
                 let (cell, arm, journal) =
-                    end_by(cause, &program, Duration::from_secs_f64(after)).await;
+                    run_until(cause, &program, Duration::from_secs_f64(after)).await;
                 if matches!(cause, Cause::Alarm) {
                     arm.clear_alarms().await.expect("cleared");
                 }
-                let said = resume(&arm, JobSpec::new(program.clone()), journal).await;
+                let reported = resume(&arm, JobSpec::new(program.clone()), journal).await;
                 let (gap, twice) = burnt(&cell);
-                assert!(gap <= MAX_GAP, "{told}: {gap:.2} mm are left out");
+                assert!(gap <= MAX_GAP, "{context}: {gap:.2} mm are left out");
                 // If the arm was stopped without the driver, the laser went out somewhere on the
                 // braking distance. After a lost line the driver switches the laser off before it
-                // stops the arm, and not every firmware obeys while moving.
+                // stops the arm, but not every firmware does so while the arm moves.
                 let braking = f64::from(speed * speed) / 1000.0;
                 let period = PERIOD * f64::from(speed);
                 let (most, least) = match cause {
-                    Cause::Alarm => (braking + period, said - period - MAX_GAP),
-                    Cause::Line => (braking + period, said - braking - period),
-                    // An arm that comes to rest within a period looks as if it had stood already at
-                    // the stop, with the laser off since the braking before: at a deceleration of
-                    // at least v / T that is v^2 / 2a = v T / 2.
-                    _ => (1.5 * period, said - 1.5 * period - MAX_GAP),
+                    Cause::Alarm => (braking + period, reported - period - MAX_GAP),
+                    Cause::Line => (braking + period, reported - braking - period),
+                    // An arm that comes to rest within one period T seems to stand already at the
+                    // stop, although it braked after that with the laser off. Its deceleration a is
+                    // at least v / T, so the braking distance is at most v^2 / 2a = v T / 2.
+                    _ => (1.5 * period, reported - 1.5 * period - MAX_GAP),
                 };
                 assert!(
-                    said <= most + MAX_GAP,
-                    "{told}: {said:.2} mm are burnt twice"
+                    reported <= most + MAX_GAP,
+                    "{context}: {reported:.2} mm are burnt twice"
                 );
                 assert!(
-                    (least..said + MAX_GAP).contains(&twice),
-                    "{told}: {twice:.2} mm twice, {said:.2} said"
+                    (least..reported + MAX_GAP).contains(&twice),
+                    "{context}: {twice:.2} mm twice, {reported:.2} said"
                 );
             }
         }
     }
 }
 
-/// A second process resumes a killed one's burn while the arm still burns its queue. It switches
-/// the laser off first; this arm, like others may, burns to the end of the current piece.
+/// A second process resumes the burn of a killed process while the arm still executes its queue.
+/// The second process switches the laser off first, but the virtual arm burns to the end of the
+/// current piece, as real arms may.
 #[tokio::test(start_paused = true)]
 async fn burn_of_a_killed_process_resumes_without_a_gap() {
     let mut all_tried = (0, 0);
     for speed in [20.0, 60.0, 100.0] {
         let program = burn(speed);
-        let (all, ..) = killed(&program, 100, None).await;
-        for one in all.iter().filter(|one| one.journal.is_some()).step_by(5) {
-            let told = format!("{speed} mm/s, {:?}", one.journal);
-            let cell = VirtualArm::new(one.arm.clone(), SimSpeed::Times(1.0));
+        let (snapshots, ..) = killed(&program, 100, None).await;
+        for snapshot in snapshots
+            .iter()
+            .filter(|snapshot| snapshot.journal.is_some())
+            .step_by(5)
+        {
+            let context = format!("{speed} mm/s, {:?}", snapshot.journal);
+            let cell = VirtualArm::new(snapshot.arm.clone(), SimSpeed::Times(1.0));
             let arm = Arm::simulated(cell.clone(), Options::default()).await;
             let arm = arm.expect("a virtual arm");
             let spec = JobSpec::new(program.clone()).outlives_process(true);
             all_tried.0 += 1;
-            let Some(said) = try_resume(&arm, spec, KillingJournal::left_by(one)).await else {
+            let Some(reported) = try_resume(&arm, spec, SnapshotJournal::left_by(snapshot)).await
+            else {
                 all_tried.1 += 1;
                 continue;
             };
             let (gap, twice) = burnt(&cell);
-            assert!(gap <= MAX_GAP, "{told}: {gap:.2} mm are left out");
+            assert!(gap <= MAX_GAP, "{context}: {gap:.2} mm are left out");
             assert!(
-                (twice - said).abs() <= MAX_GAP,
-                "{told}: {twice:.2} mm twice, {said:.2} said"
+                (twice - reported).abs() <= MAX_GAP,
+                "{context}: {twice:.2} mm twice, {reported:.2} said"
             );
             assert!(
-                said <= MAX_PIECE + MAX_GAP,
-                "{told}: {said:.2} mm are burnt twice"
+                reported <= MAX_PIECE + MAX_GAP,
+                "{context}: {reported:.2} mm are burnt twice"
             );
         }
     }
     assert!(all_tried.1 * 10 < all_tried.0, "{all_tried:?}");
 }
 
-/// Another program stops what a killed process left: the laser went out on the braking distance.
+/// Another program stops an arm that executes the queue of a killed process. The laser goes out
+/// somewhere on the braking distance.
 #[tokio::test(start_paused = true)]
 async fn burn_stopped_by_another_program_repeats_the_braking_distance() {
     let program = burn(60.0);
-    let (all, ..) = killed(&program, 100, None).await;
-    let under_way = all
+    let (snapshots, ..) = killed(&program, 100, None).await;
+    let under_way = snapshots
         .iter()
-        .filter(|one| one.journal.is_some() && one.arm.busy());
+        .filter(|snapshot| snapshot.journal.is_some() && snapshot.arm.busy());
     let mut longest = 0.0_f64;
-    for one in under_way.step_by(5) {
-        let told = format!("{:?}", one.journal);
-        let cell = VirtualArm::new(one.arm.clone(), SimSpeed::Times(1.0));
+    for snapshot in under_way.step_by(5) {
+        let context = format!("{:?}", snapshot.journal);
+        let cell = VirtualArm::new(snapshot.arm.clone(), SimSpeed::Times(1.0));
         let arm = Arm::simulated(cell.clone(), Options::default()).await;
         arm.expect("a virtual arm").stop().await.expect("it stops");
         let arm = Arm::simulated(cell.clone(), Options::default()).await;
         let spec = JobSpec::new(program.clone()).outlives_process(true);
         let arm = arm.expect("a virtual arm");
-        let Some(said) = try_resume(&arm, spec, KillingJournal::left_by(one)).await else {
+        let Some(reported) = try_resume(&arm, spec, SnapshotJournal::left_by(snapshot)).await
+        else {
             continue;
         };
         let (gap, twice) = burnt(&cell);
-        assert!(gap <= MAX_GAP, "{told}: {gap:.2} mm are left out");
+        assert!(gap <= MAX_GAP, "{context}: {gap:.2} mm are left out");
         assert!(
-            twice <= said + MAX_GAP,
-            "{told}: {twice:.2} mm twice, {said:.2} said"
+            twice <= reported + MAX_GAP,
+            "{context}: {twice:.2} mm twice, {reported:.2} said"
         );
         // The braking distance from 60 mm/s, and one period at that speed.
         assert!(
-            said <= 3.6 + 60.0 * PERIOD,
-            "{told}: {said:.2} mm are burnt twice"
+            reported <= 3.6 + 60.0 * PERIOD,
+            "{context}: {reported:.2} mm are burnt twice"
         );
-        longest = longest.max(said);
+        longest = longest.max(reported);
     }
     assert!(longest > 1.0, "{longest}");
 }
@@ -354,8 +365,8 @@ async fn stopped_burn_reports_an_upper_bound_of_the_overlap() {
         let journal = MemoryJournal::default();
         let job = Job::start(&arm, JobSpec::new(program.clone()), journal.clone());
         sleep(Duration::from_secs_f64(seconds)).await;
-        // Another program stops the arm, as a station does: when the job learns of it, the arm
-        // stands.
+        // Another program stops the arm, as a station does. The arm already stands when the job
+        // learns of the stop.
         let other = Arm::simulated(cell.clone(), Options::default()).await;
         other
             .expect("a virtual arm")
@@ -367,20 +378,20 @@ async fn stopped_burn_reports_an_upper_bound_of_the_overlap() {
         let Some(ResumePlace::Known { burnt_twice, .. }) = error.resume_place else {
             continue;
         };
-        let Some(said) = try_resume(&arm, JobSpec::new(program.clone()), journal).await else {
+        let Some(reported) = try_resume(&arm, JobSpec::new(program.clone()), journal).await else {
             continue;
         };
         assert!(
-            (burnt_twice - said).abs() < 0.01,
-            "{seconds}: {burnt_twice:.2} mm promised, {said:.2} mm at the start"
+            (burnt_twice - reported).abs() < 0.01,
+            "{seconds}: {burnt_twice:.2} mm promised, {reported:.2} mm at the start"
         );
         longest = longest.max(burnt_twice);
     }
     assert!(longest > 1.0, "{longest}");
 }
 
-/// A station stops the arm again and again within the same piece; each time the job learns of it
-/// once the arm stands.
+/// A station stops the arm several times within the same piece. Each time the arm already stands
+/// when the job learns of the stop.
 #[tokio::test(start_paused = true)]
 async fn burn_stopped_repeatedly_by_a_station_repeats_only_the_reported_length() {
     let mut plan = Plan::new("a line");
@@ -399,7 +410,7 @@ async fn burn_stopped_repeatedly_by_a_station_repeats_only_the_reported_length()
     for pause in [0.2, 0.4, 0.7, 1.1] {
         let (cell, arm) = bench(&program).await;
         let journal = MemoryJournal::default();
-        let mut said = 0.0;
+        let mut reported = 0.0;
         for nth in 0..4 {
             let start = match nth {
                 0 => Start::Step(0),
@@ -415,7 +426,7 @@ async fn burn_stopped_repeatedly_by_a_station_repeats_only_the_reported_length()
             match job.outcome().await {
                 Err(error) => {
                     if let Some(ResumePlace::Known { burnt_twice, .. }) = error.resume_place {
-                        said += burnt_twice;
+                        reported += burnt_twice;
                     }
                 }
                 Ok(_) => break,
@@ -425,8 +436,8 @@ async fn burn_stopped_repeatedly_by_a_station_repeats_only_the_reported_length()
         let (gap, twice) = burnt(&cell);
         assert!(gap <= MAX_GAP, "{pause}: {gap:.2} mm are left out");
         assert!(
-            twice <= said + MAX_GAP && said < 60.0,
-            "{pause}: {twice:.2} mm twice, {said:.2} said"
+            twice <= reported + MAX_GAP && reported < 60.0,
+            "{pause}: {twice:.2} mm twice, {reported:.2} said"
         );
     }
 }
@@ -437,14 +448,14 @@ async fn overlap_of_a_resumed_burn_counts_from_the_laser_off_position() {
         for overlap in [0.5, 3.0] {
             let program = burn(speed as f32);
             let after = Duration::from_secs_f64(after);
-            let (cell, arm, journal) = end_by(Cause::Stop, &program, after).await;
+            let (cell, arm, journal) = run_until(Cause::Stop, &program, after).await;
             let spec = JobSpec::new(program.clone()).overlap(overlap);
-            let said = resume(&arm, spec, journal).await;
+            let reported = resume(&arm, spec, journal).await;
             let (gap, twice) = burnt(&cell);
             let period = PERIOD * speed;
             assert!(
-                gap <= 0.01 && (-MAX_GAP..=period + MAX_GAP).contains(&(said - overlap)),
-                "{speed}: {gap} {said}"
+                gap <= 0.01 && (-MAX_GAP..=period + MAX_GAP).contains(&(reported - overlap)),
+                "{speed}: {gap} {reported}"
             );
             assert!(
                 (-MAX_GAP..=period + MAX_GAP).contains(&(twice - overlap)),

@@ -24,7 +24,7 @@ pub(super) struct Killed {
 
 /// Journal that records, just before and just after each write, the state that a kill would leave.
 #[derive(Clone, Default)]
-pub(super) struct KillingJournal(Arc<Mutex<Inner>>);
+pub(super) struct SnapshotJournal(Arc<Mutex<Inner>>);
 
 #[derive(Default)]
 struct Inner {
@@ -33,7 +33,7 @@ struct Inner {
     killed: Vec<Killed>,
 }
 
-impl KillingJournal {
+impl SnapshotJournal {
     /// Journal left by a killed process.
     pub(super) fn left_by(killed: &Killed) -> Self {
         let watched = Self::default();
@@ -51,7 +51,7 @@ impl KillingJournal {
     }
 
     /// Records the state at a possible kill.
-    fn kill(&self) {
+    fn record(&self) {
         let mut inner = self.0.lock().unwrap();
         let arm = inner.cell.as_ref().map(|cell| cell.with(|arm| arm.clone()));
         if let Some(arm) = arm {
@@ -61,13 +61,13 @@ impl KillingJournal {
     }
 
     fn store(&self, now: Option<Checkpoint>) {
-        self.kill();
+        self.record();
         self.0.lock().unwrap().now = now;
-        self.kill();
+        self.record();
     }
 }
 
-impl Journal for KillingJournal {
+impl Journal for SnapshotJournal {
     fn open(&mut self, _: &JournalKey) {}
 
     fn load(&self) -> Result<Checkpoint, JournalError> {
@@ -112,7 +112,7 @@ async fn killed_with(
     with: impl FnOnce(JobSpec) -> JobSpec,
 ) -> (Vec<Killed>, f64, u64) {
     let (cell, arm, rest) = arm_with_history(program).await;
-    let journal = KillingJournal::of(&cell, before);
+    let journal = SnapshotJournal::of(&cell, before);
     let job = Job::start(
         &arm,
         with(JobSpec::new(program.clone()).outlives_process(true)),
@@ -123,7 +123,7 @@ async fn killed_with(
     }
     let mut nth = 0_u64;
     while job.state() != JobState::Ended {
-        journal.kill();
+        journal.record();
         nth += 1;
         sleep(Duration::from_millis(if nth < 60 { 10 } else { 400 })).await;
     }
@@ -141,7 +141,7 @@ async fn resume(
     let cell = VirtualArm::new(killed.arm.clone(), SimSpeed::Times(1.0));
     let arm = Arm::simulated(cell.clone(), Options::default()).await;
     let arm = arm.expect("a virtual arm");
-    let journal = KillingJournal::left_by(killed);
+    let journal = SnapshotJournal::left_by(killed);
     let spec = JobSpec::new(program.clone()).outlives_process(true);
     let job = Job::start(&arm, spec.start(Start::Resume), journal);
     let mut events = job.events();
@@ -165,24 +165,24 @@ async fn assert_complete(
     let (cell, arm, outcome, starts) = resume(program, killed).await;
     let taken = arm.queue().current_index().await.expect("an index").0 > rest;
     let drawn = ink(&cell).1;
-    let told = format!("{starts:?} of {:?}, {drawn} of {whole} mm", killed.journal);
+    let context = format!("{starts:?} of {:?}, {drawn} of {whole} mm", killed.journal);
     match outcome {
         Ok(_) => {}
         Err(error) => match &error.fault {
             Fault::AllDone => {}
             // Nothing was sent, or everything is done.
             Fault::Journal(JournalError::NotFound) => {
-                assert!(!taken || (drawn - whole).abs() < 0.1, "{told}");
+                assert!(!taken || (drawn - whole).abs() < 0.1, "{context}");
                 return None;
             }
             Fault::Doubt { span, why } => {
-                assert!(span.least <= span.most, "{told}");
+                assert!(span.least <= span.most, "{context}");
                 return Some(*why);
             }
-            _ => panic!("{error}: {told}"),
+            _ => panic!("{error}: {context}"),
         },
     }
-    assert!((drawn - whole).abs() < 0.1, "{told}");
+    assert!((drawn - whole).abs() < 0.1, "{context}");
     None
 }
 

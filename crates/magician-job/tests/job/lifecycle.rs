@@ -1,4 +1,5 @@
-//! A job from start to end: states, pauses and stops at every moment, and what outlives it.
+//! A job from start to end: its states, pauses and stops at any time, and the journal that outlives
+//! it.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -30,7 +31,7 @@ async fn height(arm: &Arm) -> f64 {
     arm.get::<Pose>().await.expect("a pose").z.into()
 }
 
-fn paused(job: &JobHandle) -> bool {
+fn is_paused(job: &JobHandle) -> bool {
     matches!(job.state(), JobState::Paused { .. })
 }
 
@@ -69,14 +70,14 @@ async fn job_reports_its_states_and_progress() {
     let (_cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
     let mut events = job.events();
-    let (mut states, mut last, mut told) = (Vec::new(), 0, 0_u64);
+    let (mut states, mut last, mut event_count) = (Vec::new(), 0, 0_u64);
     while let Some(event) = events.next().await {
         match event {
             JobEvent::State(state) => states.push(state),
             JobEvent::Progress(progress) => {
                 assert!(progress.step >= last && progress.steps == program.steps());
                 assert!((1..=2).contains(&progress.iteration));
-                (last, told) = (progress.step, told + 1);
+                (last, event_count) = (progress.step, event_count + 1);
             }
             _ => {}
         }
@@ -86,30 +87,30 @@ async fn job_reports_its_states_and_progress() {
     assert_eq!(Some(last), program.steps());
     let done = job.outcome().await.expect("done");
     assert!(
-        told > 3 && told as f64 <= 10.0 * done.seconds + 2.0,
-        "{told}"
+        event_count > 3 && event_count as f64 <= 10.0 * done.seconds + 2.0,
+        "{event_count}"
     );
     assert!(done.end.is_some_and(|end| end.pen_is_up == Some(true)));
     assert!(job.clone().outcome().await.is_ok(), "every clone may wait");
     assert_eq!(job.events().next().await, None, "it is over");
 }
 
-/// A resume followed by a pause takes effect in this order.
+/// A resume and a pause that is requested right after it take effect in this order.
 #[tokio::test(start_paused = true)]
 async fn pause_requested_during_resume_is_not_lost() {
     let program = program(Kind::Lines, 1);
-    for ahead in [true, false] {
+    for during_check in [true, false] {
         let (cell, arm) = bench(&program).await;
         let job = start(&arm, &program);
-        if !ahead {
+        if !during_check {
             sleep(secs(4.0)).await;
         }
         job.pause(PERSON).await.expect("it runs");
         let drawn = ink(&cell).1;
-        let (resumed, again) = (job.resume(), job.pause(PERSON));
+        let (resumed, paused_again) = (job.resume(), job.pause(PERSON));
         resumed.await.expect("it goes on");
-        again.await.expect("it is paused");
-        assert!(paused(&job));
+        paused_again.await.expect("it is paused");
+        assert!(is_paused(&job));
         sleep(secs(5.0)).await;
         assert_eq!(ink(&cell).1, drawn);
         job.resume().await.expect("it goes on");
@@ -127,7 +128,7 @@ async fn pause_and_stop_are_defined_at_any_instant() {
     assert_eq!(job.state(), JobState::Checking);
     assert!(matches!(job.resume().await, Err(ResumeError::NotPaused)));
     job.pause(PERSON).await.expect("it checks, or runs");
-    assert!(paused(&job));
+    assert!(is_paused(&job));
     sleep(secs(5.0)).await;
     if job.progress().step == 0 {
         assert_eq!(ink(&cell).1, 0.0);
@@ -143,12 +144,12 @@ async fn pause_and_stop_are_defined_at_any_instant() {
     let reason = PERSON;
     assert_eq!(job.state(), JobState::Paused { reason, part: None });
     // A stop during the pause: nothing moves.
-    let stands = height(&arm).await;
-    assert!(stands > PAPER + 5.0);
+    let pause_height = height(&arm).await;
+    assert!(pause_height > PAPER + 5.0);
     job.stop();
     let error = job.outcome().await.expect_err("stopped");
     assert!(error.is_stop() && matches!(error.resume_place, Some(ResumePlace::Known { .. })));
-    assert_eq!(height(&arm).await, stands);
+    assert_eq!(height(&arm).await, pause_height);
     assert_eq!(job.pause(PERSON).await, Err(PauseError::Ended));
     assert!(matches!(job.resume().await, Err(ResumeError::NotPaused)));
     job.stop();
@@ -169,7 +170,7 @@ async fn pause_after_the_last_step_is_refused_as_ending() {
     job.outcome().await.expect("done all the same");
 }
 
-/// Journal on a disk that is full from the nth write to the mth.
+/// Journal on a disk that is full for the writes with these numbers (from 1).
 struct FullDiskJournal {
     written: MemoryJournal,
     writes: usize,
@@ -198,7 +199,7 @@ impl Journal for FullDiskJournal {
 #[tokio::test(start_paused = true)]
 async fn full_disk_is_reported_once_and_in_the_outcome() {
     let program = program(Kind::Lines, 1);
-    for (full, told, kept) in [
+    for (full, report_count, is_stored) in [
         (1..usize::MAX, 1, false),
         (3..usize::MAX, 1, false),
         (1..4, 1, true),
@@ -223,10 +224,14 @@ async fn full_disk_is_reported_once_and_in_the_outcome() {
                 causes.push(cause);
             }
         }
-        assert_eq!(causes.len(), told, "{full:?}: {causes:?}");
+        assert_eq!(causes.len(), report_count, "{full:?}: {causes:?}");
         let error = job.outcome().await.expect_err("stopped");
         assert!(error.is_stop() && error.resume_place.is_some(), "{error:?}");
-        assert_eq!(error.storage_error.is_none(), kept, "{full:?}: {error:?}");
+        assert_eq!(
+            error.storage_error.is_none(),
+            is_stored,
+            "{full:?}: {error:?}"
+        );
     }
 }
 
@@ -249,17 +254,17 @@ async fn interrupted_run_is_resumable_unless_the_arm_was_reset() {
         };
         let spec = JobSpec::new(program.clone()).outlives_process(true);
         let job = Job::start(&arm, spec, journal);
-        let (mut events, mut told) = (job.events(), None);
+        let (mut events, mut reported) = (job.events(), None);
         while let Some(event) = events.next().await {
             if let JobEvent::Unfinished {
                 finished,
                 resumable,
             } = event
             {
-                told = Some((finished, resumable));
+                reported = Some((finished, resumable));
             }
         }
-        assert_eq!(told, Some((2, !reset)));
+        assert_eq!(reported, Some((2, !reset)));
     }
 }
 
@@ -296,10 +301,10 @@ async fn stop_writes_the_checkpoint_before_lifting_the_pen() {
         .expect("done");
     assert!((ink(&other).1 - all).abs() < 0.2);
     assert_eq!(journal.last(), None, "removed");
-    let again = Job::start(&arm, spec, journal).outcome().await;
-    let again = again.expect_err("nothing is left");
+    let second_resume = Job::start(&arm, spec, journal).outcome().await;
+    let second_resume = second_resume.expect_err("nothing is left");
     assert!(matches!(
-        again.fault,
+        second_resume.fault,
         Fault::Journal(JournalError::NotFound)
     ));
 }
@@ -361,13 +366,13 @@ async fn resume_after_a_reset_requires_homing() {
     cell.with(|arm| arm.inject(magician::sim::ExternalEvent::Alarm(Alarm::ResetOccurred)));
     let error = job.resume().await.expect_err("it has lost its place");
     assert!(error.wants_homing(), "{error}");
-    assert!(paused(&job), "it stays so");
+    assert!(is_paused(&job), "it stays so");
     arm.clear_alarms().await.expect("cleared");
     job.resume().await.expect("it goes on");
     job.outcome().await.expect("done");
 }
 
-/// A laser job is dark at every pause, and burns again only after a resume.
+/// The laser is off during every pause of a job, and burns again only after a resume.
 #[tokio::test(start_paused = true)]
 async fn laser_is_off_while_paused() {
     let mut plan = Plan::new("a burn");
@@ -401,8 +406,8 @@ async fn laser_is_off_while_paused() {
         job.resume().await.expect("it goes on");
         job.outcome().await.expect("done");
         let more = ink(&cell).1 - whole;
-        // A pause resumes where the arm stood. The laser went out up to one period later, at 60
-        // mm/s.
+        // After a pause the job resumes where the arm stood. The laser went out up to one period
+        // later, at 60 mm/s.
         assert!(
             (-0.2..0.02 * 60.0 + 0.2).contains(&more),
             "{seconds}: {more}"
@@ -410,9 +415,10 @@ async fn laser_is_off_while_paused() {
     }
 }
 
-/// Commands or a stop from other clients, or an alarm: the job ends and says how far it came.
+/// A stop by another client ends the job, which knows where it resumes. Waiting commands of another
+/// client make a new job refuse to start.
 #[tokio::test(start_paused = true)]
-async fn foreign_stop_or_alarm_ends_the_job() {
+async fn foreign_stop_ends_the_job_and_foreign_commands_prevent_its_start() {
     let program = program(Kind::Lines, 1);
     let (_cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
@@ -489,8 +495,8 @@ async fn journal_file_is_readable_by_another_process() {
     assert!(!path.exists());
 }
 
-/// Virtual arms of one process report the same serial number and run the same program into one
-/// folder.
+/// Several virtual arms of one process report the same serial number, run the same program and keep
+/// their journals in the same folder.
 #[tokio::test(start_paused = true)]
 async fn virtual_arm_resumes_only_its_own_journal() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -538,8 +544,8 @@ async fn virtual_arm_resumes_only_its_own_journal() {
     assert_eq!(left, 0);
 }
 
-/// Jobs of two arms with the same serial number have a file each; a resume takes the newest that no
-/// job holds.
+/// Jobs of two arms with the same serial number have a file each. A resume takes the newest file
+/// that no job holds.
 #[test]
 fn claimed_journal_is_not_taken_over() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -570,7 +576,7 @@ fn claimed_journal_is_not_taken_over() {
     two.remove();
     assert_eq!(finished(&one), Ok(3));
     one.remove();
-    // Between two jobs a virtual arm keeps its file from others.
+    // Between two jobs the file of a virtual arm stays reserved for this arm.
     let mut of_virtual = opened(Some(u64::MAX));
     of_virtual.write(&checkpoint(4)).expect("kept");
     drop(of_virtual);
@@ -584,8 +590,8 @@ fn claimed_journal_is_not_taken_over() {
 /// Handles of a job work from every thread, on any runtime.
 #[test]
 fn handle_is_send_and_sync() {
-    fn is<T: Clone + Send + Sync + 'static>() {}
-    is::<JobHandle>();
+    fn assert_send_sync<T: Clone + Send + Sync + 'static>() {}
+    assert_send_sync::<JobHandle>();
     let runtime = tokio::runtime::Runtime::new().expect("a runtime");
     let job = runtime.block_on(async {
         let program = program(Kind::Lines, 200);
@@ -598,7 +604,7 @@ fn handle_is_send_and_sync() {
         let runtime = tokio::runtime::Builder::new_current_thread().build();
         runtime.expect("a runtime").block_on(async {
             clone.pause(PERSON).await.expect("it runs");
-            assert!(paused(&clone));
+            assert!(is_paused(&clone));
             clone.resume().await.expect("it goes on");
             clone.stop();
             clone.outcome().await.expect_err("stopped").is_stop()
@@ -607,8 +613,8 @@ fn handle_is_send_and_sync() {
     assert!(other.join().expect("no panic"));
 }
 
-/// A burn of several lines, stopped at many instants and resumed with an overlap: exactly that much
-/// is burnt twice along the line, and the note says so where the place is known.
+/// A burn of several lines, stopped at many instants and resumed with an overlap: the length burnt
+/// twice is the overlap, and the start event reports it.
 #[tokio::test(start_paused = true)]
 async fn resumed_burn_overlaps_by_the_given_length() {
     let mut plan = Plan::new("a burn");
@@ -647,8 +653,8 @@ async fn resumed_burn_overlaps_by_the_given_length() {
             job.outcome().await.expect("it goes on");
             let more = ink(&cell).1 - whole;
             // The arm follows these lines of 3 and 1 mm with right angles at up to (2 * 100 mm/s2 *
-            // 1.5 mm)^0.5 = 17.4 mm/s: the laser went out within one period at that speed, and an
-            // arm at rest within a period adds half of it.
+            // 1.5 mm)^0.5 = 17.4 mm/s, and the laser goes out within one period at that speed. If
+            // the arm comes to rest within a period, the distance of half a period is added.
             let period = 0.02 * 17.4;
             assert!(
                 (-1.5 * period - 0.3..0.3).contains(&(more - twice)),
@@ -662,7 +668,7 @@ async fn resumed_burn_overlaps_by_the_given_length() {
     }
 }
 
-/// The same file with another flag is another program: the error names the interrupted one.
+/// The same file with another flag is another program: the error names the interrupted program.
 #[test]
 fn nothing_to_resume_names_interrupted_jobs_of_the_same_arm() {
     let folder = tempfile::tempdir().expect("a folder");

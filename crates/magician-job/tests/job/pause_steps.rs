@@ -55,7 +55,7 @@ async fn wait_for_pause(job: &JobHandle) -> (PauseReason, Option<u64>) {
 }
 
 /// Asserts that nothing waits in the arm, the pen is up, and nothing moves for a minute.
-async fn stands(cell: &VirtualArm, arm: &Arm) {
+async fn assert_stands_still(cell: &VirtualArm, arm: &Arm) {
     let (_, places) = arm.stats().await.expect("read");
     assert_eq!(arm.queue().left_space().await.expect("read"), places);
     let before = arm.get::<Pose>().await.expect("a pose");
@@ -85,7 +85,7 @@ async fn job_pauses_between_parts_with_pen_up_and_empty_queue() {
         for nth in 1..=iterations {
             assert_eq!(wait_for_pause(&job).await, (PauseReason::Part, Some(2)));
             assert_eq!(job.pause_text().as_deref(), Some("mount the pen"));
-            stands(&cell, &arm).await;
+            assert_stands_still(&cell, &arm).await;
             let (at, _) = program.plan().pauses().next().expect("one");
             let each = program.plan().steps.len() as u64;
             assert_eq!(job.progress().step, (nth - 1) * each + at as u64);
@@ -126,7 +126,7 @@ async fn pause_may_be_the_first_and_the_last_step() {
         job.resume().await.expect("it goes on");
     }
     assert_eq!(wait_for_pause(&job).await, (PauseReason::Program, None));
-    stands(&cell, &arm).await;
+    assert_stands_still(&cell, &arm).await;
     job.resume().await.expect("it goes on");
     let done = job.outcome().await.expect("done");
     assert_eq!(Some(done.steps), program.steps());
@@ -144,7 +144,7 @@ async fn pause_with_pen_down_resumes_on_the_same_line() {
     let (cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
     wait_for_pause(&job).await;
-    stands(&cell, &arm).await;
+    assert_stands_still(&cell, &arm).await;
     job.resume().await.expect("it goes on");
     job.outcome().await.expect("done");
     assert!((ink(&cell).1 - whole).abs() < 0.2);

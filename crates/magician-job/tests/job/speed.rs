@@ -49,8 +49,13 @@ async fn ratio(arm: &Arm) -> f32 {
     set.velocity_ratio
 }
 
-/// Time at which each line was finished, s, and the time left reported then.
-async fn watch(arm: &Arm, job: &JobHandle, from: Instant) -> Vec<(f32, f64, Option<Duration>)> {
+/// At each poll until the job ends: the number of finished lines, the time since `from`, s, and the
+/// reported time left.
+async fn record_progress(
+    arm: &Arm,
+    job: &JobHandle,
+    from: Instant,
+) -> Vec<(f32, f64, Option<Duration>)> {
     let mut seen = Vec::new();
     while job.state() != JobState::Ended {
         let left = job.progress().remaining;
@@ -60,7 +65,7 @@ async fn watch(arm: &Arm, job: &JobHandle, from: Instant) -> Vec<(f32, f64, Opti
     seen
 }
 
-/// Lines per second around this line.
+/// Lines per second over three lines, beginning with this one.
 fn rate(seen: &[(f32, f64, Option<Duration>)], line: f32) -> f64 {
     let at = |line: f32| {
         let after = seen.iter().find(|(done, ..)| *done >= line);
@@ -80,8 +85,8 @@ async fn speed_change_affects_only_unsent_commands() {
         sleep(POLL_INTERVAL).await;
     }
     assert_eq!(job.speed(), 100);
-    let (_, places) = arm.stats().await.expect("read");
-    let waiting = places - arm.queue().left_space().await.expect("read");
+    let (_, capacity) = arm.stats().await.expect("read");
+    let waiting = capacity - arm.queue().left_space().await.expect("read");
     let changed = lines_done(&arm).await;
     let sent = changed + waiting as f32;
     assert!(waiting > 4 && sent < 20.0, "{waiting}");
@@ -89,7 +94,7 @@ async fn speed_change_affects_only_unsent_commands() {
     assert_eq!(job.set_speed(50), Ok(()));
     assert_eq!(job.speed(), 50);
     while events.next().await != Some(JobEvent::Speed(50)) {}
-    let seen = watch(&arm, &job, began).await;
+    let seen = record_progress(&arm, &job, began).await;
     let done = job.outcome().await.expect("done");
     assert_eq!(Some(done.steps), program.steps());
     // Each line begins and ends at rest.
@@ -99,12 +104,12 @@ async fn speed_change_affects_only_unsent_commands() {
         (slow - as_before / 2.0).abs() < 0.1,
         "{slow} of {as_before}"
     );
-    // Up to the last line that was sent, and not much longer.
+    // The old speed holds up to the last line that was sent, and not much longer.
     let last_sent = rate(&seen, sent.floor() - 4.0);
     assert!((last_sent - 3.5).abs() < 0.3, "{last_sent}");
     let later = rate(&seen, sent.ceil() + 12.0);
     assert!((later - as_before / 2.0).abs() < 0.1, "{later}");
-    // The time left is right once the settings are on their way.
+    // Once the settings have been sent, the reported time left is right.
     let end = seen.last().expect("it ran").1;
     for (line, at, left) in seen.iter().filter(|(_, at, _)| *at > 1.0) {
         let left = left.expect("known").as_secs_f64();
@@ -137,7 +142,7 @@ async fn speed_survives_a_pause_during_which_jogs_run_at_full_speed() {
     }
     assert_eq!(job.set_speed(50), Ok(()));
     job.resume().await.expect("it goes on");
-    let seen = watch(&arm, &job, began).await;
+    let seen = record_progress(&arm, &job, began).await;
     let done = job.outcome().await.expect("done");
     assert_eq!(Some(done.steps), program.steps());
     let slow = rate(&seen, 20.0);
@@ -159,9 +164,9 @@ async fn slower_paths_and_arcs_draw_the_same() {
             while events.next().await != Some(JobEvent::State(JobState::Running)) {}
             let left = job.progress().remaining.expect("known").as_secs_f64();
             let done = job.outcome().await.expect("done");
-            let off = left - done.seconds;
+            let error = left - done.seconds;
             assert!(
-                off.abs() < 0.5,
+                error.abs() < 0.5,
                 "{kind:?} at {speed}: {left} of {}",
                 done.seconds
             );
@@ -169,8 +174,8 @@ async fn slower_paths_and_arcs_draw_the_same() {
             times.push(done.seconds);
             lengths.push(fixtures::ink(&cell).1);
         }
-        // The bend of a path has 60 pieces of 0.42 mm, which take one period of 20 ms at 40 and at
-        // 20 mm/s.
+        // The bend of a path has 60 pieces of 0.42 mm. Each takes one period of 20 ms at either
+        // speed, 40 and 20 mm/s.
         let bends = match kind {
             Kind::Paths => 2.0 * 60.0 * 0.02,
             _ => 0.0,
@@ -268,7 +273,7 @@ async fn inserted_settings_do_not_count_as_steps() {
     let _ = job.outcome().await;
 }
 
-/// Lines burnt in proportion to speed, with travel lines between them on which the laser is off.
+/// Lines burnt with power in proportion to speed, and between them travel lines with the laser off.
 fn proportional() -> Plan {
     let mut plan = Plan::new("M4");
     plan.tool = Some(Tool::Laser);
@@ -323,8 +328,8 @@ async fn dose(
 /// No point is burnt deeper, neither where the speed changes nor at corners and ends.
 #[tokio::test(start_paused = true)]
 async fn proportional_burn_scales_power_with_speed() {
-    let (full, usual) = dose(|_, _| {}).await;
-    let set = |job: &JobHandle, speed| {
+    let (full, full_speed_seconds) = dose(|_, _| {}).await;
+    let set_speed = |job: &JobHandle, speed| {
         if job.state() == JobState::Running && job.speed() != speed {
             job.set_speed(speed).expect("its power follows");
         }
@@ -332,11 +337,14 @@ async fn proportional_burn_scales_power_with_speed() {
     for (from, speed) in [(0.0, 50), (0.0, 20), (6.0, 50), (9.0, 10)] {
         let (slower, seconds) = dose(|job, at| {
             if at >= from {
-                set(job, speed);
+                set_speed(job, speed);
             }
         })
         .await;
-        assert!(seconds > 1.3 * usual, "{speed}: {seconds} {usual}");
+        assert!(
+            seconds > 1.3 * full_speed_seconds,
+            "{speed}: {seconds} {full_speed_seconds}"
+        );
         let (mut weak, mut deep, mut all) = (0, 0, 0);
         for (place, dose) in &full {
             let burnt = slower.get(place).copied().unwrap_or(0.0);

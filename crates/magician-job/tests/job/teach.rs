@@ -60,7 +60,7 @@ fn pose(x: u8) -> Pose {
     }
 }
 
-fn place(x: u8) -> [f32; 4] {
+fn target(x: u8) -> [f32; 4] {
     [f32::from(x), 1.0, 2.0, 3.0]
 }
 
@@ -86,7 +86,7 @@ impl Reference {
     }
 
     fn store(&mut self, x: u8) {
-        let (to, by) = (place(x), self.travel());
+        let (to, by) = (target(x), self.travel());
         let motion = match self.via.take() {
             Some(via) => Action::Arc { via, to },
             None => Action::Move { to, by },
@@ -141,7 +141,7 @@ impl Reference {
         }
     }
 
-    fn go(&mut self, back: bool) -> bool {
+    fn undo_or_redo(&mut self, back: bool) -> bool {
         let (from, to) = if back {
             (&mut self.past, &mut self.future)
         } else {
@@ -159,16 +159,16 @@ impl Reference {
         let before = (self.steps.clone(), self.selected);
         match *edit {
             Edit::Undo | Edit::Redo => {
-                self.go(matches!(edit, Edit::Undo));
+                self.undo_or_redo(matches!(edit, Edit::Undo));
                 return;
             }
             Edit::Store(x) => self.store(x),
-            Edit::ArcThrough(x) => self.via = Some(place(x)),
+            Edit::ArcThrough(x) => self.via = Some(target(x)),
             Edit::CancelArc => self.via = None,
             Edit::Reteach(x) => {
                 let motion = self.step().and_then(|step| step.motion.as_mut());
                 if let Some(Action::Move { to, .. } | Action::Arc { to, .. }) = motion {
-                    *to = place(x);
+                    *to = target(x);
                 }
             }
             Edit::NextTravel => self.next_travel(),
@@ -185,15 +185,15 @@ impl Reference {
             Edit::NextGripper => {
                 if let Some(step) = self.step() {
                     let order = [None, Some(Grip::Close), Some(Grip::Open), Some(Grip::Off)];
-                    let now = order.iter().position(|grip| *grip == step.gripper);
-                    step.gripper = order[(now.expect("one of them") + 1) % 4];
+                    let index = order.iter().position(|grip| *grip == step.gripper);
+                    step.gripper = order[(index.expect("one of them") + 1) % 4];
                 }
             }
             Edit::NextSuction => {
                 if let Some(step) = self.step() {
                     let order = [None, Some(true), Some(false)];
-                    let now = order.iter().position(|on| *on == step.suction);
-                    step.suction = order[(now.expect("one of them") + 1) % 3];
+                    let index = order.iter().position(|on| *on == step.suction);
+                    step.suction = order[(index.expect("one of them") + 1) % 3];
                 }
             }
             Edit::Delete => {
@@ -221,7 +221,7 @@ impl Reference {
     }
 }
 
-/// Applies an edit. A refusal shows in the steps, which are unchanged.
+/// Applies an edit. A refused edit leaves the steps unchanged.
 fn apply(program: &mut ProgramModel, edit: &Edit) -> Result<(), TeachError> {
     match *edit {
         Edit::Reteach(x) => return program.reteach(&pose(x)),
@@ -248,7 +248,7 @@ fn apply(program: &mut ProgramModel, edit: &Edit) -> Result<(), TeachError> {
     Ok(())
 }
 
-fn same(program: &ProgramModel, reference: &Reference) -> Result<(), TestCaseError> {
+fn assert_same_state(program: &ProgramModel, reference: &Reference) -> Result<(), TestCaseError> {
     prop_assert_eq!(&**program.steps(), &reference.steps);
     prop_assert_eq!(program.selected(), reference.selected);
     prop_assert_eq!(program.via(), reference.via);
@@ -267,20 +267,20 @@ proptest! {
                 prop_assert!(Arc::ptr_eq(&before, program.steps()));
             }
             reference.apply(edit);
-            same(&program, &reference)?;
-            // Every step of the plan belongs to the step it came from.
+            assert_same_state(&program, &reference)?;
+            // Each step of the plan belongs to one taught step, in the same order.
             let plan = program.plan(0);
-            let found = (0..=plan.steps.len()).map(|nth| program.step_at(0, nth));
-            let found: Vec<_> = found.flatten().collect();
-            prop_assert_eq!(found.len(), plan.steps.len());
-            prop_assert!(found.is_sorted());
+            let taught_steps = (0..=plan.steps.len()).map(|nth| program.step_at(0, nth));
+            let taught_steps: Vec<_> = taught_steps.flatten().collect();
+            prop_assert_eq!(taught_steps.len(), plan.steps.len());
+            prop_assert!(taught_steps.is_sorted());
         }
         // Undo to the beginning, then redo to the last state.
         for back in [true, false] {
             loop {
                 let moved = if back { program.undo() } else { program.redo() };
-                prop_assert_eq!(moved, reference.go(back));
-                same(&program, &reference)?;
+                prop_assert_eq!(moved, reference.undo_or_redo(back));
+                assert_same_state(&program, &reference)?;
                 if !moved {
                     break;
                 }

@@ -1,7 +1,7 @@
 //! Errors of the API: a code, a sentence, and structured details.
 
 use magician::report::{ErrorFigures, SentenceReport};
-use magician::{ErrorKind, Message};
+use magician::{ErrorKind, Message, message};
 use serde_json::{Map, Value, json};
 
 use super::Role;
@@ -108,8 +108,12 @@ impl RpcError {
 
     /// Error for something that needs `yes`: what it is called, and the command or method that does
     /// it.
-    pub(crate) fn dangerous(what: &str, command: &str, danger: Danger) -> Self {
-        let message = format!("{what} {}: it needs \"yes\": true", danger.what());
+    pub(crate) fn dangerous(what: &'static str, command: &str, danger: Danger) -> Self {
+        let message = message!(
+            "{what} {danger}: it needs \"yes\": true",
+            what = Message::word(what),
+            danger = Message::word(danger.what())
+        );
         let error = Self::new(Self::DANGEROUS, message);
         error.with("command", command).with("danger", danger.name())
     }
@@ -134,9 +138,14 @@ impl RpcError {
 
     /// Error for a role that does not suffice for `what`.
     #[must_use]
-    pub fn forbidden(role: Role, needs: Role, what: &str) -> Self {
+    pub fn forbidden(role: Role, needs: Role, what: impl Into<Message>) -> Self {
         let (role, needs) = (role.name(), needs.name());
-        let message = format!("{what} needs the role {needs}, this session is {role}");
+        let message = message!(
+            "{what} needs the role {needs}, this session is {role}",
+            what = what.into(),
+            needs = Message::word(needs),
+            role = Message::word(role)
+        );
         Self::new(Self::FORBIDDEN, message)
             .with("role", role)
             .with("needs", needs)

@@ -1,5 +1,6 @@
 //! Types of parameters: one description for the check, the schema and the documentation.
 
+use magician::{Message, message};
 use serde_json::{Map, Value, json};
 
 use super::{IdKind, RpcError};
@@ -97,27 +98,37 @@ impl Kind {
     /// Returns the type in words, as in "`rate` must be ..".
     #[must_use]
     pub fn describe(self) -> String {
+        self.in_words().into()
+    }
+
+    /// Returns the type in words, for sentences.
+    fn in_words(self) -> Message {
         match self {
-            Self::Id(id) => Self::of_id(id).describe(),
-            Self::Text(most) => format!("text of at most {most} characters"),
-            Self::Choice(names) => format!("one of {}", names.join(", ")),
-            Self::Switch => "true or false".to_owned(),
-            Self::Integer(least, most) => format!("a whole number from {least} to {most}"),
+            Self::Id(id) => Self::of_id(id).in_words(),
+            Self::Text(most) => message!("text of at most {most} characters", most),
+            Self::Choice(names) => message!("one of {names}", names = names.join(", ")),
+            Self::Switch => message!("true or false"),
+            Self::Integer(least, most) => {
+                message!("a whole number from {least} to {most}", least, most)
+            }
             // `f64::MIN` and `f64::MAX` stand for no bound.
             Self::Number(least, most) if least <= f64::MIN && most >= f64::MAX => {
-                "a number".to_owned()
+                message!("a number")
             }
-            Self::Number(least, most) if most >= f64::MAX => format!("a number, {least} or more"),
-            Self::Number(least, most) => format!("a number from {least} to {most}"),
-            Self::Numbers(least, most) if least == most => format!("{least} numbers"),
-            Self::Numbers(least, most) => format!("{least} to {most} numbers"),
-            Self::Texts(most) => format!("an array of at most {most} names"),
-            Self::Object(_) => "an object".to_owned(),
-            Self::Objects(_) => "an array of objects".to_owned(),
-            Self::Null => "null".to_owned(),
+            Self::Number(least, most) if most >= f64::MAX => {
+                message!("a number, {least} or more", least)
+            }
+            Self::Number(least, most) => message!("a number from {least} to {most}", least, most),
+            Self::Numbers(least, most) if least == most => message!("{least} numbers", least),
+            Self::Numbers(least, most) => message!("{least} to {most} numbers", least, most),
+            Self::Texts(most) => message!("an array of at most {most} names", most),
+            Self::Object(_) => message!("an object"),
+            Self::Objects(_) => message!("an array of objects"),
+            Self::Null => message!("null"),
             Self::Either(kinds) => {
-                let kinds: Vec<_> = kinds.iter().map(|kind| kind.describe()).collect();
-                kinds.join(", or ")
+                let kinds = kinds.iter().map(|kind| kind.in_words());
+                let all = kinds.reduce(|one, other| message!("{one}, or {other}", one, other));
+                all.unwrap_or_default()
             }
         }
     }
@@ -175,24 +186,26 @@ impl Params {
         for (name, value) in &given {
             let Some(param) = wanted.iter().find(|param| param.name == name) else {
                 let names: Vec<_> = wanted.iter().map(|param| param.name).collect();
-                let takes = match names.as_slice() {
-                    [] => "the method takes none".to_owned(),
-                    names => format!("the method takes {}", names.join(", ")),
+                let why = match names.as_slice() {
+                    [] => message!("unknown parameter `{name}`: the method takes none", name),
+                    names => message!(
+                        "unknown parameter `{name}`: the method takes {names}",
+                        name,
+                        names = names.join(", ")
+                    ),
                 };
-                return Err(RpcError::param(
-                    name,
-                    format!("unknown parameter `{name}`: {takes}"),
-                ));
+                return Err(RpcError::param(name, why));
             };
             if !param.kind.takes(value) {
-                let kind = param.kind.describe();
-                return Err(RpcError::param(name, format!("`{name}` must be {kind}")));
+                let kind = param.kind.in_words();
+                let why = message!("`{name}` must be {kind}", name, kind);
+                return Err(RpcError::param(name, why));
             }
         }
         for param in wanted.iter().filter(|param| param.required) {
             if !given.contains_key(param.name) {
                 let name = param.name;
-                return Err(RpcError::param(name, format!("`{name}` is missing")));
+                return Err(RpcError::param(name, message!("`{name}` is missing", name)));
             }
         }
         Ok(Self(given))

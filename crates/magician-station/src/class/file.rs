@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use magician::{ArmModel, Fence};
+use magician::{ArmModel, Fence, Message, message};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -77,10 +77,14 @@ impl ClassFile {
     /// # Errors
     /// What is wrong with the text, with its line if known.
     pub fn parse(text: &str) -> Result<Self, ClassError> {
-        let file: Self = toml::from_str(text).map_err(|error| ClassError(error.to_string()))?;
+        let file: Self =
+            toml::from_str(text).map_err(|error| ClassError(error.to_string().into()))?;
         let mut names = BTreeSet::new();
         if file.pupil.len() > MAX_PUPILS {
-            return invalid(format!("a class has {MAX_PUPILS} pupils at most"));
+            return invalid(message!(
+                "a class has {most} pupils at most",
+                most = MAX_PUPILS
+            ));
         }
         // Infinity and NaN of TOML become null in JSON, and null means "no bound".
         if file
@@ -89,45 +93,51 @@ impl ClassFile {
             .as_ref()
             .is_some_and(|fence| fence.values().any(has_null))
         {
-            return invalid("[class] fence must have finite numbers");
+            return invalid(message!("[class] fence must have finite numbers"));
         }
         for pupil in &file.pupil {
             let name = &pupil.name;
             // Reserved in schedules.
             if name == "teacher" || pupil.group.as_deref() == Some("teacher") {
-                return invalid(
-                    "`teacher` is whoever teaches in a schedule: no pupil or group is called so",
-                );
+                return invalid(message!(
+                    "`teacher` is whoever teaches in a schedule: no pupil or group is called so"
+                ));
             }
             let fine = name.trim() == name
                 && (1..=40).contains(&name.chars().count())
                 && !name.chars().any(char::is_control);
             if !fine {
-                return invalid(format!(
-                    "`{}` is no name for a pupil: 1 to 40 characters, with no blank first or last",
-                    magician_protocol::visible(name)
+                return invalid(message!(
+                    "`{name}` is no name for a pupil: 1 to 40 characters, with no blank first or last",
+                    name = magician_protocol::visible(name).to_string()
                 ));
             }
             // Signing in ignores case, so names must differ without it.
             if !names.insert(name.to_lowercase()) {
-                return invalid(format!("two pupils are called {name}: add a letter to one"));
+                return invalid(message!(
+                    "two pupils are called {name}: add a letter to one",
+                    name
+                ));
             }
             let code = pupil.code.as_bytes();
             let sign = |byte: &u8| byte.is_ascii_alphanumeric();
             if !code.is_empty() && (!(4..=6).contains(&code.len()) || !code.iter().all(sign)) {
-                return invalid(format!(
-                    "the code of {name} must be 4 to 6 letters or digits; leave it out to have one made"
+                return invalid(message!(
+                    "the code of {name} must be 4 to 6 letters or digits; leave it out to have one made",
+                    name
                 ));
             }
         }
         let pin = &file.class.pin;
         if !pin.is_empty() && !is_pin(pin) {
-            return invalid("[class] pin must be six digits; leave it out to have one made");
+            return invalid(message!(
+                "[class] pin must be six digits; leave it out to have one made"
+            ));
         }
         if let Some(text) = &file.class.offset
             && super::offset_of(text).is_none()
         {
-            return invalid("[class] offset must be like \"+01:00\"");
+            return invalid(message!("[class] offset must be like \"+01:00\""));
         }
         file.fence()?;
         Ok(file)
@@ -167,14 +177,26 @@ impl ClassFile {
     ///
     /// # Errors
     /// Names an arm that `place` does not have.
-    pub fn check_arms(&self, place: &str, has: impl Fn(&str) -> bool) -> Result<(), ClassError> {
+    pub fn check_arms(
+        &self,
+        place: &'static str,
+        has: impl Fn(&str) -> bool,
+    ) -> Result<(), ClassError> {
+        let place = Message::word(place);
         if let Some(arm) = self.class.arms.iter().find(|arm| !has(arm)) {
-            return invalid(format!("[class] has the arm {arm}, which {place} has not"));
+            return invalid(message!(
+                "[class] has the arm {arm}, which {place} has not",
+                arm,
+                place
+            ));
         }
         for (group, arms) in &self.groups {
             if let Some(arm) = arms.iter().find(|arm| !has(arm)) {
-                return invalid(format!(
-                    "the group {group} has the arm {arm}, which {place} has not"
+                return invalid(message!(
+                    "the group {group} has the arm {arm}, which {place} has not",
+                    group,
+                    arm,
+                    place
                 ));
             }
         }
@@ -222,7 +244,7 @@ impl ClassFile {
     pub fn drop_codes(&mut self, names: Option<&[&str]>) -> Result<(), ClassError> {
         let unknown = { names.into_iter().flatten() }.find(|name| self.named(name).is_none());
         if let Some(name) = unknown {
-            return invalid(format!("there is no pupil {name}"));
+            return invalid(message!("there is no pupil {name}", name));
         }
         let meant = |name: &str| names.is_none_or(|names| names.contains(&name));
         for pupil in self.pupil.iter_mut().filter(|pupil| meant(&pupil.name)) {
@@ -307,20 +329,21 @@ impl ClassFile {
     /// Returns the fence for pupils: that of the file, and the speed limit.
     pub(crate) fn fence(&self) -> Result<Option<Fence>, ClassError> {
         let change = self.class.fence.clone().map(Value::Object);
-        let fence = change.map(|change| crate::fence::changed(None, &change));
+        let fence = change.map(|change| crate::fence::change_of(None, &change));
         let fence = fence.transpose();
-        let fence =
-            fence.map_err(|error| ClassError(format!("[class] fence: {}", error.message)))?;
+        let fence = fence.map_err(|why| ClassError(message!("[class] fence: {why}", why)))?;
         let fence = fence.flatten();
         let Some(percent) = self.class.speed else {
             return Ok(fence);
         };
         if !(1.0..=100.0).contains(&percent) {
-            return invalid("[class] speed must be a number from 1 to 100, percent");
+            return invalid(message!(
+                "[class] speed must be a number from 1 to 100, percent"
+            ));
         }
         let top = ArmModel::MAGICIAN.ceilings.linear_velocity * percent / 100.0;
         let bounds = Fence::default().with_top_speed(top);
-        let bounds = bounds.map_err(|error| ClassError(error.to_string()))?;
+        let bounds = bounds.map_err(|error| ClassError(crate::fence::flaw(error)))?;
         Ok(Some(crate::fence::stricter(
             fence.unwrap_or_default(),
             &bounds,

@@ -10,9 +10,11 @@ pub(crate) use pages::{picture, picture_svg};
 pub use schedule::Schedule;
 pub(crate) use schedule::{local_time, offset as offset_of};
 
+use magician::Message;
+
 /// Reason why a file of a class or a schedule cannot be used, as a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ClassError(pub String);
+pub struct ClassError(pub Message);
 
 impl std::fmt::Display for ClassError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -22,7 +24,7 @@ impl std::fmt::Display for ClassError {
 
 impl std::error::Error for ClassError {}
 
-fn invalid<T>(why: impl Into<String>) -> Result<T, ClassError> {
+fn invalid<T>(why: impl Into<Message>) -> Result<T, ClassError> {
     Err(ClassError(why.into()))
 }
 

@@ -5,6 +5,7 @@
 
 use std::time::{Duration, UNIX_EPOCH};
 
+use magician::{Message, message};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -72,24 +73,32 @@ impl Schedule {
     /// # Errors
     /// What is wrong with the text, with the number of the slot.
     pub fn parse(text: &str) -> Result<Self, ClassError> {
-        let file: File = toml::from_str(text).map_err(|error| ClassError(error.to_string()))?;
+        let file: File =
+            toml::from_str(text).map_err(|error| ClassError(error.to_string().into()))?;
         let offset = match &file.offset {
             None => None,
             Some(text) => match offset(text) {
-                None => return invalid(format!("`offset` must be like \"+01:00\", not {text:?}")),
+                None => {
+                    return invalid(message!(
+                        "`offset` must be like \"+01:00\", not {text}",
+                        text = format!("{text:?}")
+                    ));
+                }
                 some => some,
             },
         };
         let mut slots = Vec::new();
         for (at, row) in (1..).zip(file.slot) {
             let when = when(&row, offset.is_some());
-            let when = when.map_err(|ClassError(why)| ClassError(format!("slot {at}: {why}")))?;
+            let when =
+                when.map_err(|ClassError(why)| ClassError(message!("slot {at}: {why}", at, why)))?;
             if row.arms.is_empty() {
-                return invalid(format!("slot {at}: `arms` names no arm"));
+                return invalid(message!("slot {at}: `arms` names no arm", at));
             }
             if row.who.is_empty() {
-                return invalid(format!(
-                    "slot {at}: `who` names nobody; \"teacher\" keeps it for teachers"
+                return invalid(message!(
+                    "slot {at}: `who` names nobody; \"teacher\" keeps it for teachers",
+                    at
                 ));
             }
             let (arms, who) = (row.arms, row.who);
@@ -117,11 +126,19 @@ impl Schedule {
     ///
     /// # Errors
     /// Names an arm that `place` does not have.
-    pub fn check_arms(&self, place: &str, has: impl Fn(&str) -> bool) -> Result<(), ClassError> {
+    pub fn check_arms(
+        &self,
+        place: &'static str,
+        has: impl Fn(&str) -> bool,
+    ) -> Result<(), ClassError> {
+        let place = Message::word(place);
         for (at, slot) in (1..).zip(&self.slots) {
             if let Some(arm) = slot.arms.iter().find(|arm| !has(arm)) {
-                return invalid(format!(
-                    "slot {at} has the arm {arm}, which {place} has not"
+                return invalid(message!(
+                    "slot {at} has the arm {arm}, which {place} has not",
+                    at,
+                    arm,
+                    place
                 ));
             }
         }
@@ -200,21 +217,25 @@ fn when(row: &Row, local: bool) -> Result<SlotTime, ClassError> {
     });
     if row.days.is_empty() {
         let [Some(begin), Some(end)] = [&from, &until].map(|text| instant(text)) else {
-            return invalid(
-                "`from` and `until` must be like \"2026-11-25T08:00:00+01:00\"; every week: add `days` and times like \"08:00\"",
-            );
+            return invalid(message!(
+                "`from` and `until` must be like \"2026-11-25T08:00:00+01:00\"; every week: add `days` and times like \"08:00\""
+            ));
         };
         // An empty slot would never be open.
         if begin >= end {
-            return invalid(format!("`until` {until} is not behind `from` {from}"));
+            return invalid(message!(
+                "`until` {until} is not behind `from` {from}",
+                until,
+                from
+            ));
         }
         return Ok(SlotTime::Once(begin, end));
     }
     // Without an offset "08:00" is not an instant.
     if !local {
-        return invalid(
-            "weekly slots need the station's local time: add offset = \"+01:00\" at the top of the file",
-        );
+        return invalid(message!(
+            "weekly slots need the station's local time: add offset = \"+01:00\" at the top of the file"
+        ));
     }
     let days = row.days.iter().map(|day| {
         let day = day.to_lowercase();
@@ -223,11 +244,15 @@ fn when(row: &Row, local: bool) -> Result<SlotTime, ClassError> {
             .map(|at| at as i64)
     });
     let Some(days) = days.collect::<Option<Vec<_>>>() else {
-        return invalid("`days` must be of mon, tue, wed, thu, fri, sat and sun");
+        return invalid(message!(
+            "`days` must be of mon, tue, wed, thu, fri, sat and sun"
+        ));
     };
     match [&from, &until].map(|text| time(text)) {
         [Some(from), Some(until)] => Ok(SlotTime::Weekly(days, from, until)),
-        _ => invalid("`from` and `until` of a weekly slot must be like \"08:00\""),
+        _ => invalid(message!(
+            "`from` and `until` of a weekly slot must be like \"08:00\""
+        )),
     }
 }
 

@@ -59,7 +59,7 @@ pub(super) struct Task {
     /// Set when the station announces its end, and cleared once the station is back.
     end_notice: EndNotice,
     waiting: BTreeMap<u64, Reply>,
-    next: u64,
+    last_id: u64,
 }
 
 /// End of a connection.
@@ -92,7 +92,7 @@ impl Task {
             connected,
             end_notice,
             waiting: BTreeMap::new(),
-            next: 0,
+            last_id: 0,
         }
     }
 
@@ -161,7 +161,7 @@ impl Task {
             drop(socket);
             for (_, reply) in std::mem::take(&mut self.waiting) {
                 // Some callers no longer wait.
-                let _ = reply.send(Err(self.lost()));
+                let _ = reply.send(Err(self.loss_error()));
             }
             match end {
                 End::Broken => {}
@@ -182,13 +182,13 @@ impl Task {
     }
 
     async fn reconnect(&mut self) -> Option<RawSocket> {
-        let mut pause = FIRST_RECONNECT_DELAY;
+        let mut delay = FIRST_RECONNECT_DELAY;
         loop {
-            let until = sleep(pause);
-            tokio::pin!(until);
+            let timer = sleep(delay);
+            tokio::pin!(timer);
             loop {
                 tokio::select! {
-                    () = &mut until => break,
+                    () = &mut timer => break,
                     order = self.inbox.recv() => match order {
                         // Refused and not queued: by the time of the reconnect the command may be
                         // dangerous.
@@ -207,7 +207,7 @@ impl Task {
                     self.connected.send_replace(Connection::Closed);
                     return None;
                 }
-                Err(_) => pause = (pause * 2).min(MAX_RECONNECT_DELAY),
+                Err(_) => delay = (delay * 2).min(MAX_RECONNECT_DELAY),
             }
         }
     }
@@ -222,15 +222,15 @@ impl Task {
                         return End::ClientGone;
                     };
                     let id = order.reply.map(|reply| {
-                        self.next += 1;
-                        self.waiting.insert(self.next, reply);
-                        self.next
+                        self.last_id += 1;
+                        self.waiting.insert(self.last_id, reply);
+                        self.last_id
                     });
                     if socket.send(message(id, &order.method, &order.params)).await.is_err() {
                         return End::Broken;
                     }
                 }
-                heard = socket.next() => match heard {
+                received = socket.next() => match received {
                     Some(Ok(Message::Text(text))) => self.handle_text(&text),
                     Some(Ok(Message::Binary(bytes))) => self.handle_frame(&bytes),
                     Some(Ok(Message::Close(frame))) => {
@@ -241,8 +241,8 @@ impl Task {
                             self.end_notice.set(true);
                         }
                         // Bad hello, no token, token revoked, session taken over.
-                        let over = [4400, 4401, 4403, 4409].contains(&code);
-                        return if over { End::Closed } else { End::Broken };
+                        let is_final = [4400, 4401, 4403, 4409].contains(&code);
+                        return if is_final { End::Closed } else { End::Broken };
                     }
                     Some(Ok(_)) => {}
                     Some(Err(_)) | None => return End::Broken,
@@ -252,7 +252,7 @@ impl Task {
     }
 
     /// Returns the error for requests without an answer.
-    fn lost(&self) -> ClientError {
+    fn loss_error(&self) -> ClientError {
         if self.end_notice.is_given() {
             ClientError::Ended
         } else {
@@ -262,7 +262,7 @@ impl Task {
 
     fn refuse(&self, order: Order) {
         if let Some(reply) = order.reply {
-            let _ = reply.send(Err(self.lost()));
+            let _ = reply.send(Err(self.loss_error()));
         }
     }
 

@@ -7,7 +7,7 @@
 use magician::build::{self, Axis};
 use magician::commands::{JogCommonParams, Pose, PtpCommonParams};
 use magician::message;
-use magician::{Arm, Ctrl, Set};
+use magician::{Arm, Ctrl, Message, Set};
 use magician_program::{Tool, Travel};
 use serde_json::{Value, json};
 
@@ -23,8 +23,9 @@ pub(super) fn standing_answer(pose: &Pose) -> Value {
     json!({"stood": true, "pose": form::pose(pose)})
 }
 
-/// Carries out an action. If its answer is a state, reads the state that it leaves. Dropping the
-/// future stops what has begun. `draws` is the tool for later drawings.
+/// Carries out an action, and reads the state afterwards if the action is answered with it.
+/// Dropping the future stops the motion that the action started. `draws` is the tool for later
+/// drawings.
 pub(super) async fn run_action(
     arm: Arm,
     what: ArmAct,
@@ -32,7 +33,7 @@ pub(super) async fn run_action(
     surface: ArmSurface,
     draws: Tool,
 ) -> ActionResult {
-    // `SetDeviceWithL` adds or removes the rail, which is not in every reading.
+    // `SetDeviceWithL` adds or removes the rail, which the driver's status does not contain.
     let stale = matches!(what, ArmAct::Set(Set::SetDeviceWithL(_)));
     // After these the arm is expected to stand, so the reading waits for it.
     let rests = matches!(
@@ -79,7 +80,8 @@ async fn come_to_rest(arm: &Arm) -> magician::Result<()> {
     }
 }
 
-/// Carries out an action. Dropping the future stops what has begun, by the rules of the driver.
+/// Carries out an action. Dropping the future ends the action as documented for the driver's method
+/// in progress.
 async fn act(
     arm: Arm,
     act: ArmAct,
@@ -138,7 +140,7 @@ async fn act(
             Ok(Outcome::State)
         }
         ArmAct::ClearAlarms => {
-            // Clearing alarms lets a held queue go on.
+            // Clearing the alarms resumes a queue that they held.
             arm.permission().check_queue().await?;
             arm.clear_alarms().await?;
             Ok(Outcome::State)
@@ -157,7 +159,7 @@ async fn act(
             Ok(Outcome::State)
         }
         ArmAct::Tool(set) if set == build::laser(false) => {
-            // Also resets the pins that the laser uses.
+            // Also lowers the laser's pins, if they are outputs.
             arm.laser().switch_off().await?;
             Ok(Outcome::State)
         }
@@ -199,8 +201,8 @@ async fn act(
     }
 }
 
-/// Sends a frame without a row in the protocol's table. All knowledge about it is what the caller
-/// declared.
+/// Sends a frame without a row in the protocol's table. The effect of its command is known only
+/// from the caller's `queued` and `moves`.
 async fn raw(
     arm: &Arm,
     id: u8,
@@ -264,12 +266,15 @@ fn command(
     relative: bool,
     on_rail: bool,
 ) -> Result<Set, RpcError> {
-    let no = |name: &str, why: &str| Err(RpcError::param(name, why));
+    let no = |name: &str, why: Message| Err(RpcError::param(name, why));
     let command = match (by, joints, relative) {
-        // A jump goes up first, to an absolute height.
-        (Travel::Jump, _, true) => return no("by", "a jump counts from no place"),
+        // The height that a jump rises to is absolute, so there is no relative jump.
+        (Travel::Jump, _, true) => return no("by", message!("a jump counts from no place")),
         (Travel::Line, true, true) => {
-            return no("by", "a relative move by joints has no straight line");
+            return no(
+                "by",
+                message!("a relative move by joints has no straight line"),
+            );
         }
         (_, true, true) => {
             let [j1, j2, j3, j4] = to;
@@ -288,7 +293,7 @@ fn command(
     };
     match rail {
         None => Ok(command),
-        Some(_) if !on_rail => no("to", "a fifth number is for an arm on a rail"),
+        Some(_) if !on_rail => no("to", message!("a fifth number is for an arm on a rail")),
         Some(rail) => Ok(build::with_rail(command, rail)?),
     }
 }

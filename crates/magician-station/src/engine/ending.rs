@@ -1,6 +1,6 @@
 //! Stops that no client requests: at the end of the station, and of outputs without a lease holder.
 
-use magician::{Arm, ErrorCode};
+use magician::{Arm, ErrorCode, message};
 use serde_json::Value;
 use tokio::sync::oneshot;
 
@@ -11,14 +11,14 @@ const MAX_FINAL_STOPS: u32 = 3;
 
 impl EngineTask {
     /// Carries out the last stop. No action starts after it.
-    pub(super) fn end(&mut self, is_reader: bool, reply: oneshot::Sender<magician::Result<()>>) {
+    pub(super) fn end(&mut self, is_read_only: bool, reply: oneshot::Sender<magician::Result<()>>) {
         self.ended = true;
         self.drop_actions();
         self.waiting.clear();
         let arm = self.arm.clone();
         self.side.spawn(async move {
             // Fails only if the station is gone already.
-            let _ = reply.send(stop_completely(&arm, is_reader).await);
+            let _ = reply.send(stop_completely(&arm, is_read_only).await);
             TaskResult::Stopped(None, Ok(Value::Null))
         });
     }
@@ -67,18 +67,18 @@ pub(super) async fn switch_unattended_off(arm: &Arm) -> magician::Result<()> {
 }
 
 /// Stops an arm until it stands, laser and motor outputs are off, and its queue is empty. With
-/// `is_reader` the queue is not checked.
-async fn stop_completely(arm: &Arm, is_reader: bool) -> magician::Result<()> {
+/// `is_read_only` the queue is not checked.
+async fn stop_completely(arm: &Arm, is_read_only: bool) -> magician::Result<()> {
     let (_, places) = arm.stats().await?;
     for stops in 0.. {
         let is_busy = arm.moving() || has_unattended(arm);
         // The driver does not know commands that another host sent, so the arm's queue is asked.
-        if !is_busy && (is_reader || arm.queue().left_space().await? >= places) {
+        if !is_busy && (is_read_only || arm.queue().left_space().await? >= places) {
             break;
         }
         if stops == MAX_FINAL_STOPS {
             // Gives up, so that the station can end.
-            let message = "commands come to the arm's queue again after each stop";
+            let message = message!("commands come to the arm's queue again after each stop");
             return Err(magician::Error::new(ErrorCode::StopUnconfirmed, message));
         }
         arm.stop().await?;

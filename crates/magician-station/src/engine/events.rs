@@ -13,14 +13,14 @@ use super::{EngineTask, TaskResult};
 use crate::api::ArmEvent;
 use crate::order::ArmReport;
 
-/// Attempts to restore the settings that a job had changed when its line was lost, and their
-/// interval. The arm's queue must be empty first. It holds two seconds of motion, or one long
-/// command, so half a minute suffices.
+/// Limit and interval of the attempts to restore the settings that a job had changed when its line
+/// was lost. An attempt succeeds only when the arm's queue is empty. The queue holds two seconds of
+/// motion, or one long command, so half a minute suffices.
 const MAX_RESTORE_ATTEMPTS: u32 = 30;
 const RESTORE_INTERVAL: Duration = Duration::from_secs(1);
 
 impl EngineTask {
-    /// Reads in the background the values that only some readings contain.
+    /// Reads in the background the values that the driver's status does not contain.
     pub(super) fn refresh_known(&mut self) {
         self.lapses = self.arm.snapshot().lapses;
         let arm = self.arm.clone();
@@ -32,7 +32,7 @@ impl EngineTask {
     }
 
     pub(super) fn handle_status(&mut self, status: &magician::Status) {
-        // While the line is down the status is the last one known: no reading.
+        // While the line is down the status is outdated, so no reading is reported.
         if status.link == Link::Up
             && let Some(reading) = self.known.reading(status, &self.arm)
         {
@@ -64,13 +64,13 @@ impl EngineTask {
                 self.refresh_known();
             }
             Event::Missed { events } => tell(ArmEvent::Missed, vec![("count", json!(events))]),
-            // Events of a newer driver: of no use to clients that cannot know them.
+            // Events that a newer driver adds: the API has no form for them.
             other => tracing::debug!(event = %visible(&format!("{other:?}")), "unknown event"),
         }
     }
 }
 
-/// Restores settings of a job whose line was lost, once the arm has finished the commands it had.
+/// Restores the settings of a job whose line was lost, once the arm's queue is empty.
 async fn restore_after_job(arm: Arm) -> TaskResult {
     for _ in 0..MAX_RESTORE_ATTEMPTS {
         match SavedSettings::recover(&arm, Access::Sets).await {

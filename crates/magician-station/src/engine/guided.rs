@@ -1,15 +1,14 @@
 //! Teaching by hand: reports the pose at each release of the arm's unlock key.
 //!
-//! The holder of the lease switches this on and off, and either takes several commands to the arm,
-//! because settings are changed and restored. So it is a small state machine: a change that has
-//! begun is completed before the next one starts. However quickly a client toggles, the settings of
-//! the arm end as they were.
+//! The holder of the lease switches reporting on and off. Each switch takes several commands, which
+//! change or restore settings of the arm. A state machine completes one switch before it starts the
+//! next, so the arm's original settings are restored however quickly a client toggles.
 
 use std::future::{Future, pending};
 use std::pin::Pin;
 
 use magician::commands::Pose;
-use magician::{Arm, ErrorKind};
+use magician::{Arm, ErrorKind, message};
 use magician_job::teach::guided_points;
 use magician_job::{Polled, SavedSettings};
 use magician_program::Travel;
@@ -88,14 +87,14 @@ impl Guided {
 
 async fn begin(arm: Arm, saved: SavedSettings) -> Result<Polled<Pose>, RpcError> {
     guided_points(&arm, &saved).await?.ok_or_else(|| {
-        let why = "the arm does not tell when its unlock key is released";
+        let why = message!("the arm does not tell when its unlock key is released");
         RpcError::arm(ErrorKind::Unsupported, why)
     })
 }
 
 async fn end(arm: Arm, saved: SavedSettings) {
-    // On a lost line this fails. The saved settings stay marked, and the next program that connects
-    // restores them.
+    // Fails on a lost line. The saved settings then stay stored, and the next program that moves or
+    // sets restores them.
     let _ = saved.restore(&arm).await;
 }
 
@@ -116,7 +115,7 @@ impl EngineTask {
                 // Beginning may have changed some settings before it failed: restore them.
                 let ends = end(self.arm.clone(), self.guided.saved.clone());
                 self.guided.now = GuideState::Stopping(Box::pin(ends));
-                // Otherwise it would be tried again without end.
+                // Otherwise `advance_guide` would start reporting again without end.
                 self.guided.wanted = false;
                 self.answer_guides(&Err(error));
             }

@@ -14,7 +14,7 @@ use crate::reading::short;
 // EIO addresses of the Magician are 1 to 20.
 const PINS: u8 = 20;
 
-/// Returns the part that a command plays on the I/O page, judged by its row. `None` if it has none.
+/// Returns the role of a command on the I/O page, derived from its row. `None` if it has no role.
 fn role(row: &Row) -> Option<&'static str> {
     let sets_port = |layout: &LayoutInfo| {
         let is_port = |field: &Field| field.ty == FieldType::Enum(Port::INFO);
@@ -24,7 +24,7 @@ fn role(row: &Row) -> Option<&'static str> {
         id if id == <IoMultiplexing as Writable>::ROW.id => Some("function"),
         id if id == <IoDo as Writable>::ROW.id => Some("output"),
         id if id == <IoPwm as Writable>::ROW.id => Some("signal"),
-        // By effect and not by id, so that a new motor command appears by itself.
+        // By effect, not by id, so that a new motor command is included automatically.
         _ if row.effect == Effect::Motor => Some("stepper"),
         _ if row.chapter == Chapter::Io && row.set.is_some_and(sets_port) => Some("sensor"),
         _ => None,
@@ -62,7 +62,7 @@ pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
         pins.push(pin);
     }
     let rows = TABLE.iter().filter_map(|row| {
-        // Rows without a part on the page are skipped.
+        // Rows without a role on the page are skipped.
         Some(json!({
             "role": role(row)?,
             "command": row.name,
@@ -88,8 +88,8 @@ pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
     }))
 }
 
-/// Returns the name under which a subscription watches a pin with this function. `None` if it has
-/// no level.
+/// Returns the name under which a subscription watches a pin with this function. `None` if the
+/// function has no level.
 fn watch(function: IoFunction) -> Option<&'static str> {
     match function {
         IoFunction::DigitalOutput => Some("output"),

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 use magician::commands::Pose;
 use magician::message;
 use magician::{Arm, ErrorKind};
-use magician_job::background::run_in_background as in_turns;
+use magician_job::background::run_in_background;
 use magician_job::report;
 use magician_job::{
     Job, JobEvent, JobHandle, JobSpec, JobState, Journal, PauseReason, ResumeError, Start,
@@ -58,7 +58,7 @@ pub(super) struct JobSlot {
     /// Notified by that stop, so that the engine does not wait for a file that is read elsewhere.
     cancel: Arc<Notify>,
     /// Pose at the pause. `None` if it could not be read.
-    paused: Arc<std::sync::Mutex<Option<Pose>>>,
+    pause_pose: Arc<std::sync::Mutex<Option<Pose>>>,
     /// True if no session holds the arm. Then motors that the job leaves running, and the laser,
     /// are switched off when it pauses or ends.
     ends_unattended: Arc<AtomicBool>,
@@ -99,15 +99,15 @@ impl JobSlot {
             pauses: Vec::new(),
             stopped: false,
             cancel: Arc::default(),
-            paused: Arc::default(),
+            pause_pose: Arc::default(),
             ends_unattended: Arc::default(),
         }
     }
 }
 
 /// Switches off motor outputs and the laser that a job left on, if no session holds the arm.
-async fn end_unattended_outputs(arm: &Arm, owes: &AtomicBool) {
-    if owes.load(Ordering::SeqCst)
+async fn end_unattended_outputs(arm: &Arm, ends_unattended: &AtomicBool) {
+    if ends_unattended.load(Ordering::SeqCst)
         && let Err(error) = switch_unattended_off(arm).await
     {
         tracing::warn!(%error, "a motor or the laser may stay on after the job");
@@ -121,24 +121,28 @@ impl EngineTask {
         let surface = self.job_context.surface.clone();
         self.side.spawn(async move {
             let found = async {
-                let given_up = Notify::new();
-                let read = read(&arm, None, reader, &surface, source, None, &given_up);
+                let never = Notify::new();
+                let read = read(&arm, None, reader, &surface, source, None, &never);
                 let (program, digest) = read.await?;
                 let kinds = program.program.kinds();
                 let start = arm.preflight_for(&kinds).await?;
                 let program = Arc::new(program);
-                let (shown, begins) = (Arc::clone(&program), start.clone());
+                let (shown, preview_start) = (Arc::clone(&program), start.clone());
                 let shown = async {
                     if preview {
-                        Some(in_turns(async move { job::preview(&shown, &begins).await }).await)
+                        Some(
+                            run_in_background(
+                                async move { job::preview(&shown, &preview_start).await },
+                            )
+                            .await,
+                        )
                     } else {
                         None
                     }
                 };
-                let checked =
-                    in_turns(
-                        async move { report_value(&job::check(&program, start).await?, &digest) },
-                    );
+                let checked = run_in_background(async move {
+                    report_value(&job::check(&program, start).await?, &digest)
+                });
                 // Preview and check use a thread each, where there are threads.
                 let (shown, report) = tokio::join!(shown, checked);
                 let mut report = report??;
@@ -171,8 +175,16 @@ impl EngineTask {
             arm.clone()
         };
         self.side.spawn(async move {
-            let homed = Some(&runs_on);
-            let program = read(&arm, homed, reader, &surface, source, begun, &cancel).await;
+            let program = read(
+                &arm,
+                Some(&runs_on),
+                reader,
+                &surface,
+                source,
+                begun,
+                &cancel,
+            )
+            .await;
             let program = match program {
                 Ok((_, digest)) if checked.is_some_and(|checked| checked != digest) => {
                     Err(changed_program_error(&digest))
@@ -242,7 +254,7 @@ impl EngineTask {
             let update = JobUpdate::Burns;
             (self.report)(ArmReport::Job { job, update });
         }
-        let paused = Arc::clone(&slot.paused);
+        let pause_pose = Arc::clone(&slot.pause_pose);
         let ends_unattended = Arc::clone(&slot.ends_unattended);
         // Pauses that were requested while the program was read.
         let pauses = std::mem::take(&mut slot.pauses);
@@ -262,7 +274,7 @@ impl EngineTask {
                         // The pose is needed to see at a resume whether the arm was moved.
                         if matches!(state, JobState::Paused { .. }) {
                             let pose = arm.get::<Pose>().await.ok();
-                            *lock(&paused) = pose;
+                            *lock(&pause_pose) = pose;
                             end_unattended_outputs(&arm, &ends_unattended).await;
                         }
                         let text = handle.pause_text();
@@ -305,7 +317,7 @@ impl EngineTask {
         let whole = program.program.clone().repeated(order.loops);
         whole
             .check_step(order.from)
-            .map_err(|problem| RpcError::param("from", problem.to_string()))?;
+            .map_err(|problem| RpcError::param("from", problem.sentence()))?;
         // Checked on the program itself and not on its format: a plan can hold any command.
         if let Err(refused) = &start.danger
             && { whole.plan().commands() }.any(|command| command.row().dangerous)
@@ -318,8 +330,10 @@ impl EngineTask {
             return Err((**refused).clone());
         }
         if program.has_lost_start(order.from, start.resumes) {
-            let why = "the program depends on where the tool was when it began, and the tool has \
-                moved since: give `setup.start`";
+            let why = message!(
+                "the program depends on where the tool was when it began, and the tool has \
+                moved since: give `setup.start`"
+            );
             return Err(refused(why));
         }
         if let Some(misfit) = &program.misfit {
@@ -383,7 +397,7 @@ impl EngineTask {
             let Some(request) = request else {
                 return TaskResult::Nothing;
             };
-            let outcome = paused.map_err(|error| refused(error.to_string()));
+            let outcome = paused.map_err(|error| refused(error.sentence()));
             let outcome = outcome.map(|()| Outcome::Value(Value::Null));
             TaskResult::Report(ArmReport::Done { request, outcome })
         });
@@ -400,7 +414,7 @@ impl EngineTask {
         let Some((slot, handle)) = slot.and_then(|slot| Some((slot, slot.handle.clone()?))) else {
             return self.answer_job_over(Some(request));
         };
-        let (arm, paused) = (self.arm.clone(), *lock(&slot.paused));
+        let (arm, pause_pose) = (self.arm.clone(), *lock(&slot.pause_pose));
         // The session that resumes the job holds the arm.
         slot.ends_unattended.store(false, Ordering::SeqCst);
         self.side.spawn(async move {
@@ -413,16 +427,19 @@ impl EngineTask {
                 if !approach {
                     // Without an approach the first move would start from a wrong place and draw a
                     // line.
-                    check_pause_pose(&arm, paused).await?;
+                    check_pause_pose(&arm, pause_pose).await?;
                 }
                 handle.resume().await.map_err(|error| match error {
                     ResumeError::Arm(error) | ResumeError::Refused(error) => {
                         RpcError::from(&*error)
                     }
                     other if other.wants_homing() => {
-                        RpcError::arm(ErrorKind::Unexpected, other.to_string())
+                        RpcError::arm(ErrorKind::Unexpected, other.sentence())
                     }
-                    other => refused(other.to_string()),
+                    other => {
+                        // The text escapes control characters of the program's file.
+                        refused(other.to_string()).with_sentence(&other.sentence())
+                    }
                 })
             };
             let outcome = resumed.await.map(|()| Outcome::Value(Value::Null));
@@ -506,13 +523,13 @@ impl EngineTask {
         let set = handle.set_speed(percent.round() as u8);
         Some(match set {
             Ok(()) => Ok(Outcome::Value(Value::Null)),
-            Err(error) => Err(refused(error.to_string())),
+            Err(error) => Err(refused(error.sentence())),
         })
     }
 }
 
-fn lock<T>(paused: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    paused
+fn lock<T>(mutex: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner)
 }

@@ -40,7 +40,8 @@ fn link(link: &Link) -> Value {
         "parent": link.parent,
         "joint": link.joint.map(LinkJoint::name),
         "axis": link.axis,
-        // Rounded to micrometres: lengths are single-precision numbers.
+        // Rounded to micrometres: the tool's offset comes in single precision. Adding 0.0 turns -0
+        // into 0.
         "at": link.at.map(|at| (at * 1000.0).round() / 1000.0 + 0.0),
         "shape": link.shape.name(),
         "size": link.size.map(|size| (size * 1000.0).round() / 1000.0),

@@ -21,7 +21,7 @@ pub(super) fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
     let before = before.unwrap_or(now);
     // Loading a scenario resets the counters, so they may be lower than before.
     let begun = now.grips.saturating_sub(before.grips);
-    // A grip that failed began without taking anything.
+    // `grips` counts every grip, `picks` only those that picked an object up.
     let missed = begun.saturating_sub(now.picks.saturating_sub(before.picks));
     if missed > 0 {
         let what = if begun == 1 {

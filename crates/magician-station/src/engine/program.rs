@@ -1,15 +1,15 @@
 //! Reading of programs for checks and jobs, off the engine's task.
 //!
-//! Reading may take seconds, and part of it may happen elsewhere, so it must not hold up the arm. A
-//! program is read with what the arm knows (fence, surface, tool), and again with the position of
-//! the arm if it depends on that. Its digest identifies the content that was read: a job started
-//! with the digest of a check runs only that content.
+//! Reading may take seconds, and another program may do part of it (`ProgramReading::Pending`), so
+//! it must not hold up the arm. A program is read with what the arm knows (fence, surface, tool),
+//! and again with the position of the arm if it depends on that. Its digest identifies the content
+//! that was read: a job started with the digest of a check runs only that content.
 
 use std::sync::Arc;
 
 use magician::commands::EndEffectorParams;
 use magician::{Arm, message};
-use magician_job::background::run_in_background as in_turns;
+use magician_job::background::run_in_background;
 use magician_job::report::CheckReport;
 use magician_program::{PreparedProgram, Tool};
 use serde_json::{Value, json};
@@ -37,7 +37,8 @@ pub(super) fn report_value(report: &CheckReport, digest: &str) -> Result<Value, 
     Ok(report)
 }
 
-/// Checks a program that cannot be placed, because every refusal of a program carries a report.
+/// Adds the report of a check to a program that cannot be placed, because every refusal of a
+/// program carries a report.
 pub(super) async fn with_check_report(
     arm: &Arm,
     program: PreparedProgram,
@@ -51,7 +52,7 @@ pub(super) async fn with_check_report(
         });
     }
     let start = arm.preflight_for(&program.program.kinds()).await?;
-    let checked = in_turns(async move {
+    let checked = run_in_background(async move {
         let report = job::check(&program, start).await;
         (program, report)
     });
@@ -73,8 +74,9 @@ pub(super) fn changed_program_error(digest: &str) -> RpcError {
 
 /// Reads a program off the engine's task, and returns it with its digest.
 ///
-/// A program that depends on where the arm stands starts there, or at `start` if it was started
-/// before. `runs_on` is the arm as it will run the program; `None` for a check.
+/// A program that depends on the position of the arm starts at the current position, or at `start`
+/// if its job was started before. `runs_on` is the handle that will run the program, with its
+/// permissions; `None` for a check.
 pub(super) async fn read(
     arm: &Arm,
     runs_on: Option<&Arm>,
@@ -96,11 +98,11 @@ pub(super) async fn read(
         reading_arm.tool = Some(Tool::from(&arm.get::<EndEffectorParams>().await?));
     }
     loop {
-        let (with, source, arm_here) = (Arc::clone(&reader), source.clone(), reading_arm.clone());
-        let mut read = run_blocking(move || with.read(&source, &arm_here)).await??;
-        while let ProgramReading::Pending(to_come) = read {
+        let (reader, source, arm_here) = (Arc::clone(&reader), source.clone(), reading_arm.clone());
+        let mut read = run_blocking(move || reader.read(&source, &arm_here)).await??;
+        while let ProgramReading::Pending(pending) = read {
             read = tokio::select! {
-                read = to_come => read?,
+                read = pending => read?,
                 () = cancel.notified() => return Err(refused(message!("the job is over"))),
             };
         }
@@ -127,10 +129,10 @@ pub(super) async fn read(
     }
 }
 
-/// Runs a computation off the tasks of the runtime, where there are threads.
+/// Runs a computation on a blocking thread, or on this thread if the target has no threads.
 pub(crate) async fn run_blocking<T: Send + 'static>(
     compute: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, RpcError> {
-    let computed = in_turns(async move { compute() }).await;
+    let computed = run_in_background(async move { compute() }).await;
     computed.map_err(|error| RpcError::internal(error.to_string()))
 }

@@ -10,7 +10,7 @@ use magician::commands::{DeviceWithL, Pose, PoseL};
 use magician::report::{AlarmReport, ArmInfo};
 use magician::{
     Arm, ArmOutputs, ArmSnapshot, Ctrl, ErrorCode, GripperState, Level, RestDetector, Result,
-    Status, ToolBias,
+    Status, ToolBias, message,
 };
 use magician_job::teach::ProgramModel;
 use magician_program::Travel;
@@ -28,30 +28,31 @@ use crate::surface::ArmSurface;
 /// Values that the engine keeps between two readings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Known {
-    /// Position on the rail, mm. `None` without a rail. Not in every reading, because only commands
-    /// change it, and rarely.
+    /// Position on the rail, mm. `None` without a rail. Not read with every status, because only
+    /// commands change it, and rarely.
     pub(super) rail: Option<f32>,
     /// Pose of the last reading, and when it was read.
     before: Option<(Pose, Instant)>,
-    /// Watches for rest since a pose differed from the one before. `None` while the arm is at rest.
+    /// Detector of rest, started when a pose differed from the previous one. `None` while the arm
+    /// is at rest.
     moves: Option<RestDetector>,
-    /// The pose before, and its time on a clock that starts with the first reading, us.
+    /// Previous pose, and its time since the first reading, us.
     last: Option<(Pose, u64)>,
     first_read_at: Option<Instant>,
 }
 
-/// Distance in time, us, from which two equal poses count as rest. Ten times the 20 ms for which a
-/// moving arm may report the same pose.
+/// Least time between two equal poses that shows an arm at rest, us. Ten times the 20 ms for which
+/// a moving arm may report the same pose.
 const REST_AFTER: u64 = 200_000;
 
 impl Known {
-    /// Reads the values that only some readings contain. Tools and speed go into the driver's
-    /// picture of the arm.
+    /// Reads the values that the driver's status does not contain. The driver stores tools and
+    /// speed in its picture of the arm.
     pub(super) async fn read(arm: &Arm) -> Result<Self> {
-        // Also loads the remembered homing, which counts from here on.
+        // Also loads the stored homing, so that later statuses report it.
         arm.homing().is_homed().await?;
         arm.read_outputs().await?;
-        // Only then is there a position on the rail.
+        // An arm without a rail has no position on it.
         let on_rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
         let rail = if on_rail {
             Some(arm.get::<PoseL>().await?.pose_l)
@@ -84,8 +85,8 @@ impl Known {
         (self.moves, self.last) = (None, None);
     }
 
-    /// Returns true from the first pose that differs until the poses are those of an arm at rest.
-    /// Two equal readings do not suffice: a moving arm reports the same pose for 20 ms.
+    /// True from the first pose that differs from the previous one until the arm is at rest. Two
+    /// equal readings do not suffice: a moving arm reports the same pose for 20 ms.
     fn is_moving(&mut self, pose: Pose, at: Instant) -> bool {
         let first_read_at = *self.first_read_at.get_or_insert(at);
         let now = at.saturating_duration_since(first_read_at).as_micros();
@@ -94,8 +95,7 @@ impl Known {
         let differs = last.is_some_and(|(last, _)| last != pose);
         let far = last.is_some_and(|(_, at)| now.saturating_sub(at) >= REST_AFTER);
         let moves = match (&mut self.moves, differs) {
-            // Still moving if the detector says so; but two equal poses far apart end it in any
-            // case.
+            // Moving until the detector sees rest, or until two equal poses are `REST_AFTER` apart.
             (Some(rest), _) => !rest.see(now, pose) && (differs || !far),
             // The first difference starts a new detector.
             (None, true) => {
@@ -166,7 +166,7 @@ pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> 
     arm.alarms().await?;
     arm.get::<Pose>().await?;
     let status = arm.status().ok_or_else(|| {
-        let message = "the arm has not told all of its state";
+        let message = message!("the arm has not told all of its state");
         magician::Error::new(ErrorCode::BadAnswer, message)
     })?;
     known.before = Some((status.pose, status.at));

@@ -24,7 +24,7 @@ use crate::order::Fault;
 use crate::order::{ArmReport, Outcome, WorldAct};
 
 impl EngineTask {
-    /// Causes an event. The answer follows.
+    /// Applies an event to the world. The answer is reported as [`ArmReport::Done`].
     pub(super) fn change_world(&mut self, request: RequestId, act: WorldAct) {
         let (arm, known) = (self.arm.clone(), self.known.clone());
         let report = move |done: Result<Value, RpcError>| {
@@ -35,10 +35,10 @@ impl EngineTask {
             self.side.spawn(async move {
                 // A new scenario restarts the arm's clock. Reading the clock before and after lets
                 // the connection notice the reset.
-                let clock = async || drop(arm.get::<DeviceTime>().await);
-                clock().await;
+                let read_clock = async || drop(arm.get::<DeviceTime>().await);
+                read_clock().await;
                 let done = apply_event(&arm, act);
-                clock().await;
+                read_clock().await;
                 if done.is_ok() {
                     // This reset was asked for: the empty run consumes the notice, so that the next
                     // move does not fail with it.
@@ -48,11 +48,11 @@ impl EngineTask {
             });
             return;
         }
-        // Applied at once, so that events of a hand happen in their order.
-        let guides = matches!(act, WorldAct::Guide(_));
+        // Applied here and not in the task, so that events caused by a person keep their order.
+        let is_guide = matches!(act, WorldAct::Guide(_));
         let done = apply_event(&self.arm, act);
         self.side.spawn(async move {
-            if guides && done.is_ok() {
+            if is_guide && done.is_ok() {
                 return reads::state(arm, known, request).await;
             }
             report(done)
@@ -97,8 +97,8 @@ fn apply_event(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
         }
         WorldAct::Place { name, at } => {
             if !arm.with(|arm| arm.place(&name, at)) {
-                let name = magician_protocol::visible(&name);
-                let why = format!("there is no object `{name}`");
+                let name = magician_protocol::visible(&name).to_string();
+                let why = message!("there is no object `{name}`", name);
                 return Err(RpcError::param("name", why));
             }
         }
@@ -135,36 +135,37 @@ fn apply_event(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
 }
 
 /// Returns the objects, their surroundings, the drawing, and the state of the keys. The drawing is
-/// omitted if `mark` still identifies it: pages look often, and drawings are long.
+/// omitted if `mark` still identifies it, because pages poll often and drawings are long.
 #[cfg(feature = "sim")]
 pub(super) async fn describe(arm: &Arm, mark: Option<String>) -> Result<Value, RpcError> {
     let arm = arm.virtual_arm().ok_or_else(unsupported)?;
-    let (mut seen, drawing) = arm.with(|arm| {
+    let (mut answer, drawing) = arm.with(|arm| {
         let view = arm.look();
         let objects: Vec<_> = view.objects().map(|object| object_of(&object)).collect();
         let (state, line) = (arm.state(), arm.line());
         let scenario = arm.world().scenario();
-        let seen = json!({
+        let answer = json!({
             "objects": objects,
             "title": scenario.and_then(Scenario::title),
             "table": scenario.and_then(Scenario::table).map(table_of),
-            "draws": scenario.and_then(draws),
+            "draws": scenario.and_then(drawing_tool),
             "belt": scenario.and_then(Scenario::conveyor).map(|belt| belt_of(belt, view.belt_travel())),
             "unlocked": state.unlocked,
             "plugged": line.plugged,
         });
-        (seen, arm.drawing())
+        (answer, arm.drawing())
     });
     let strokes = drawing.strokes();
     let points: usize = strokes.iter().map(|stroke| stroke.points.len()).sum();
-    // The last point belongs to the mark because a stroke in progress grows.
+    // The number of points changes while a stroke grows. The last point distinguishes drawings with
+    // the same number.
     let last = strokes.last().and_then(|stroke| stroke.points.last());
-    let now = last.map_or_else(String::new, |[x, y]| format!("{points}:{x:.2}:{y:.2}"));
-    let is_known = mark.as_deref() == Some(&now);
-    seen["mark"] = json!(now);
+    let current_mark = last.map_or_else(String::new, |[x, y]| format!("{points}:{x:.2}:{y:.2}"));
+    let is_known = mark.as_deref() == Some(&current_mark);
+    answer["mark"] = json!(current_mark);
     if is_known {
-        (seen["drawing"], seen["strokes"]) = (Value::Null, Value::Null);
-        return Ok(seen);
+        (answer["drawing"], answer["strokes"]) = (Value::Null, Value::Null);
+        return Ok(answer);
     }
     // Off the arm's task: the arm goes on while the picture is drawn.
     let (svg, strokes) = super::run_blocking(move || {
@@ -174,9 +175,9 @@ pub(super) async fn describe(arm: &Arm, mark: Option<String>) -> Result<Value, R
         (drawing_svg(&drawing, &DrawingOptions::default()), strokes)
     })
     .await?;
-    seen["drawing"] = json!(svg);
-    seen["strokes"] = json!(strokes);
-    Ok(seen)
+    answer["drawing"] = json!(svg);
+    answer["strokes"] = json!(strokes);
+    Ok(answer)
 }
 
 /// Returns how often the tool has gripped. Zero for a real arm, of which this is unknown.
@@ -206,19 +207,19 @@ pub(super) struct GripCount {
 const MAX_POINTS: usize = 20_000;
 
 #[cfg(feature = "sim")]
-fn short(value: f64) -> f64 {
+fn round_to_millionth(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
 #[cfg(feature = "sim")]
 fn object_of(object: &ObjectView<'_>) -> Value {
     let place = object.place();
-    let at = [place.x, place.y, place.z].map(short);
+    let at = [place.x, place.y, place.z].map(round_to_millionth);
     let Color([red, green, blue]) = object.color();
     json!({
         "name": object.name(),
         "at": at,
-        "turn": short(place.yaw),
+        "turn": round_to_millionth(place.yaw),
         "size": object.size(),
         "color": format!("#{red:02x}{green:02x}{blue:02x}"),
         "held": object.is_held(),
@@ -233,7 +234,7 @@ fn table_of(table: &Table) -> Value {
 /// Returns the tool with which the arm of a scenario leaves lines. `None` if it leaves none: a pen
 /// needs paper, and paper needs a table.
 #[cfg(feature = "sim")]
-fn draws(scenario: &Scenario) -> Option<&'static str> {
+fn drawing_tool(scenario: &Scenario) -> Option<&'static str> {
     match scenario.tool().kind {
         ToolKind::Pen => scenario.table().map(|_| "pen"),
         ToolKind::Laser => Some("laser"),
@@ -249,18 +250,18 @@ fn belt_of(belt: &Conveyor, travel: f64) -> Value {
         "length": belt.length,
         "width": belt.width,
         "height": belt.height,
-        "travel": short(travel),
+        "travel": round_to_millionth(travel),
     })
 }
 
-/// Returns a stroke with every `each`-th of its points, and its last point.
+/// Returns a stroke with every `stride`-th of its points, and its last point.
 #[cfg(feature = "sim")]
-fn stroke_of(stroke: &Stroke, each: usize) -> Value {
-    let short = |[x, y]: &[f64; 2]| [x, y].map(|value| (value * 100.0).round() / 100.0 + 0.0);
-    let mut points: Vec<_> = { stroke.points.iter().step_by(each.max(1)) }
-        .map(short)
+fn stroke_of(stroke: &Stroke, stride: usize) -> Value {
+    let rounded = |[x, y]: &[f64; 2]| [x, y].map(|value| (value * 100.0).round() / 100.0 + 0.0);
+    let mut points: Vec<_> = { stroke.points.iter().step_by(stride.max(1)) }
+        .map(rounded)
         .collect();
-    if let Some(last) = stroke.points.last().map(short)
+    if let Some(last) = stroke.points.last().map(rounded)
         && points.last() != Some(&last)
     {
         points.push(last);

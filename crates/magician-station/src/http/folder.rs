@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, UNIX_EPOCH};
 
+use magician::message;
 use magician_program::Format;
 
 use crate::Role;
@@ -18,9 +19,9 @@ use crate::library::{
     ProgramStore, Upload,
 };
 
-/// Prefix of part files. No program has a name that starts with a point.
+/// Prefix of part files. No program has a name that starts with a dot.
 const PART_PREFIX: &str = ".part-";
-/// Age without a write after which a part file belongs to a process that is gone.
+/// A part file that was last written longer ago belongs to a process that is gone.
 const STALE_PART_AGE: Duration = Duration::from_secs(3600);
 /// Bytes of a file that suffice to recognise its format.
 const FORMAT_HEAD_SIZE: u64 = 64 * 1024;
@@ -80,7 +81,8 @@ impl ProgramFolder {
         self.path.join(name.as_str())
     }
 
-    /// Returns the names in the folder that are valid names of programs, whatever they denote.
+    /// Returns the names in the folder that are valid names of programs, including those of links
+    /// and folders.
     fn names(&self) -> Result<impl Iterator<Item = ProgramName> + use<>, LibraryError> {
         let items = match fs::read_dir(&self.path) {
             Ok(items) => Some(items),
@@ -117,7 +119,7 @@ impl ProgramFolder {
         let metadata = self.metadata_of(&name).ok()?;
         let modified = metadata.modified().ok()?;
         let since = modified.duration_since(UNIX_EPOCH).unwrap_or_default();
-        // The name decides if it can, which saves opening the file.
+        // The format is taken from the name if possible, which saves opening the file.
         let format = Format::of(name.as_str(), b"").or_else(|| {
             let mut head = Vec::new();
             let file = File::open(self.file(&name)).ok()?;
@@ -174,7 +176,7 @@ impl ProgramStore for ProgramFolder {
         let part = format!("{PART_PREFIX}{}-{part}", std::process::id());
         let part = self.path.join(part);
         let mut options = OpenOptions::new();
-        // Never another upload's part.
+        // `create_new` fails instead of opening another upload's part.
         options.write(true).create_new(true);
         let file = options.open(&part).map_err(failed)?;
         Ok(Box::new(Part {
@@ -221,7 +223,7 @@ impl Part {
 impl Upload for Part {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
         self.written += bytes.len() as u64;
-        // The length was declared by the client, or not at all.
+        // Checked again, because the client may have declared a wrong length or none.
         if self.written > MAX_PROGRAM_SIZE {
             return Err(LibraryError::TooLarge);
         }
@@ -248,7 +250,7 @@ impl Upload for Part {
         let is_new = match fs::symlink_metadata(&to) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => true,
             Ok(there) if there.is_dir() => {
-                let why = "a folder has this name".to_owned();
+                let why = message!("a folder has this name");
                 return Err(LibraryError::Other(why));
             }
             // A program of this name is replaced, and so is a link.
@@ -278,7 +280,7 @@ fn failed(error: io::Error) -> LibraryError {
             LibraryError::Full
         }
         // Permissions and failures of the disk.
-        _ => LibraryError::Other(error.to_string()),
+        _ => LibraryError::Other(error.to_string().into()),
     }
 }
 
@@ -337,7 +339,7 @@ mod tests {
         assert_eq!(bytes_of(&folder, &house), Err(LibraryError::Unknown));
     }
 
-    /// Step of the test: what is stored, by whom, or removed. `None` for an unknown length.
+    /// Step of the test: an upload with or without a declared length, or a removal.
     #[derive(Clone, Debug)]
     struct Act {
         name: u8,
@@ -366,7 +368,7 @@ mod tests {
         prop::collection::vec(act, 1..80)
     }
 
-    fn filled(folder: &ProgramFolder) -> LibraryUse {
+    fn library_use(folder: &ProgramFolder) -> LibraryUse {
         let entries = folder.list().unwrap();
         entries
             .iter()
@@ -376,8 +378,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// For any sequence of uploads: the library never exceeds its level, students never fill it
-        /// above theirs, and a refusal is correct and changes nothing.
+        /// For any sequence of uploads: the library never exceeds the quota `all`, students never
+        /// fill it beyond the quota `students`, and a refusal is correct and changes nothing.
         #[test]
         fn student_quota_reserves_room_for_teachers(acts in acts()) {
             let (students, all) = (
@@ -392,8 +394,8 @@ mod tests {
                     let _ = folder.delete(&name);
                     continue;
                 }
-                let before = filled(&folder);
-                let was = folder.metadata_of(&name).ok().map(|data| data.len());
+                let before = library_use(&folder);
+                let old_size = folder.metadata_of(&name).ok().map(|data| data.len());
                 let bytes = vec![b'x'; act.bytes];
                 let length = act.declares_length.then_some(act.bytes as u64);
                 let put = || {
@@ -404,28 +406,32 @@ mod tests {
                     upload.finish()
                 };
                 let outcome = put();
-                let after = filled(&folder);
+                let after = library_use(&folder);
                 prop_assert!(after.programs <= all.programs && after.bytes <= all.bytes);
-                let grows = was.is_none_or(|was| act.bytes as u64 > was);
+                let grows = old_size.is_none_or(|old_size| act.bytes as u64 > old_size);
                 match outcome {
                     Ok(is_new) => {
-                        prop_assert_eq!(is_new, was.is_none());
+                        prop_assert_eq!(is_new, old_size.is_none());
                         if act.by == Role::Student && grows {
                             prop_assert!(after.bytes <= students.bytes, "{:?}", after);
                             prop_assert!(!is_new || after.programs <= students.programs);
                         }
                     }
-                    Err(LibraryError::Quota(met)) => {
+                    Err(LibraryError::Quota(exceeded)) => {
                         let level = if act.by == Role::Student { students } else { all };
-                        prop_assert_eq!((met.quota, met.used, after), (level, before, before));
+                        prop_assert_eq!(
+                            (exceeded.quota, exceeded.used, after),
+                            (level, before, before)
+                        );
                         prop_assert!(grows, "what does not grow is taken");
-                        let too_many = was.is_none() && before.programs == level.programs.max(before.programs);
-                        let others = before.bytes - was.unwrap_or(0);
+                        let too_many = old_size.is_none()
+                            && before.programs == level.programs.max(before.programs);
+                        let others = before.bytes - old_size.unwrap_or(0);
                         prop_assert!(too_many || others + act.bytes as u64 > level.bytes);
                     }
                     Err(other) => prop_assert!(false, "{}", other),
                 }
-                // Teachers keep the room between the levels, whatever students did.
+                // No part file is left over.
                 prop_assert_eq!(files(place.path()), after.programs);
             }
         }

@@ -340,12 +340,16 @@ fn shared_stem(serial: &str, port: &str) -> String {
 /// Converts text to a valid file name. If characters were replaced, a digest is appended, so that
 /// different texts stay different.
 fn file_name_of(text: &str) -> String {
-    let sign = |sign: char| match sign {
-        'a'..='z' | 'A'..='Z' | '0'..='9' | '-' | '_' | '@' => sign,
+    let allowed_char = |letter: char| match letter {
+        'a'..='z' | 'A'..='Z' | '0'..='9' | '-' | '_' | '@' => letter,
         // Separators and other characters that some file systems refuse.
         _ => '_',
     };
-    let name: String = text.chars().take(MAX_NAME_LENGTH).map(sign).collect();
+    let name: String = text
+        .chars()
+        .take(MAX_NAME_LENGTH)
+        .map(allowed_char)
+        .collect();
     if name == text {
         return name;
     }

@@ -12,7 +12,7 @@ use crate::station::JournalLine;
 
 /// Size at which a new file is started, bytes.
 const MAX_FILE_SIZE: u64 = 10 * 1024 * 1024;
-/// Number of older files that are kept. With 10 MiB each the journal stays below 60 MiB.
+/// Number of older files that are kept. With 10 MiB each the journal takes about 60 MiB.
 const OLDER_FILES: u32 = 5;
 
 /// Journal file `journal.jsonl`, readable by its owner alone. Older files are `journal.1.jsonl`
@@ -57,7 +57,8 @@ impl JournalFile {
         .to_string();
         text.push('\n');
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
-        // Taken out: after an error the file is opened again, which finds a disk that is back.
+        // Taken out, so that after an error the next line opens the file again: the disk may be
+        // available again by then.
         let (mut file, size) = match open.take() {
             Some(open) if open.1 < MAX_FILE_SIZE => open,
             Some(_) => {
@@ -87,7 +88,7 @@ impl JournalFile {
 
     fn rotate(&self) -> io::Result<()> {
         let older = |number: u32| self.path.with_extension(format!("{number}.jsonl"));
-        // From the oldest on, so that each file moves to a free name.
+        // Oldest first, so that only the oldest file is overwritten.
         for number in (1..OLDER_FILES).rev() {
             match fs::rename(older(number), older(number + 1)) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),

@@ -83,7 +83,7 @@ pub(crate) enum ListenAddress {
 }
 
 impl ListenAddress {
-    pub(crate) fn read(text: &str, usual: u16) -> Result<Self, ListenError> {
+    pub(crate) fn read(text: &str, default_port: u16) -> Result<Self, ListenError> {
         let wrong = || ListenError::Address(text.to_owned());
         if let Some((name, port)) = text.rsplit_once(':')
             && name.eq_ignore_ascii_case("localhost")
@@ -92,7 +92,7 @@ impl ListenAddress {
         }
         let address = text.parse().or_else(|_| {
             let host = text.parse::<IpAddr>();
-            host.map(|host| SocketAddr::new(host, usual))
+            host.map(|host| SocketAddr::new(host, default_port))
         });
         address.map(Self::At).map_err(|_| wrong())
     }
@@ -120,10 +120,13 @@ impl Listener {
     }
 
     /// Binds as [`bind`](Self::bind) does, with another default port.
-    pub(crate) async fn bind_at(address: Option<&str>, usual: u16) -> Result<Self, ListenError> {
+    pub(crate) async fn bind_at(
+        address: Option<&str>,
+        default_port: u16,
+    ) -> Result<Self, ListenError> {
         let wanted = match address {
-            Some(address) => ListenAddress::read(address, usual)?,
-            None => ListenAddress::Loopback(usual),
+            Some(address) => ListenAddress::read(address, default_port)?,
+            None => ListenAddress::Loopback(default_port),
         };
         let address = match wanted {
             // `localhost` means both families, because browsers try either first.
@@ -237,7 +240,7 @@ impl Listener {
     ) {
         let options = Arc::new(options);
         let places = Places::new(within(LIMITS, descriptors::limit()));
-        let follows = tokio::spawn(end_revoked_sessions(
+        let revocation_task = tokio::spawn(end_revoked_sessions(
             options.tokens.clone(),
             station.clone(),
         ));
@@ -245,11 +248,11 @@ impl Listener {
         for listener in self.listeners {
             let (station, options) = (station.clone(), Arc::clone(&options));
             let (places, over) = (places.clone(), over.clone());
-            let admit_request = (listener, self.tls.clone());
-            accepting.spawn(accept(admit_request, station, options, places, over));
+            let listener_with_tls = (listener, self.tls.clone());
+            accepting.spawn(accept(listener_with_tls, station, options, places, over));
         }
         accepting.join_all().await;
-        follows.abort();
+        revocation_task.abort();
     }
 }
 
@@ -372,9 +375,9 @@ async fn serve_connection<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
 
 /// Ends the sessions of revoked tokens, whichever program revoked them.
 async fn end_revoked_sessions(tokens: TokenStore, station: impl ApiServer) {
-    let mut looks = tokio::time::interval(TOKEN_CHECK_INTERVAL);
+    let mut interval = tokio::time::interval(TOKEN_CHECK_INTERVAL);
     loop {
-        looks.tick().await;
+        interval.tick().await;
         // The used tokens are listed before the file is read. In the other order, a token created
         // in between would look revoked.
         let used = station.tokens();

@@ -1,9 +1,9 @@
 //! Network interface of a station: WebSocket and HTTP.
 //!
 //! [`Listener`] binds loopback addresses by default and serves a
-//! [`RunningStation`](crate::RunningStation) or anything else that is [`ApiServer`]. Who is
-//! admitted is decided in one place, `security`; how many and in which turn, in `places` and
-//! `pacing`. The other files are the routes, the stores on disk, and TLS.
+//! [`RunningStation`](crate::RunningStation) or any other [`ApiServer`]. `security` alone decides
+//! which requests are admitted. `places` limits the number of connections, and `pacing` gives them
+//! turns. The other files are the routes, the stores on disk, and TLS.
 
 mod descriptors;
 mod folder;

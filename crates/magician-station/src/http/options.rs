@@ -21,7 +21,8 @@ const MAX_PAIRING_TRIES: usize = 5;
 pub struct HttpOptions {
     /// Hosts and origins that are admitted.
     pub admission: Admission,
-    /// Tokens, for roles beyond those of this machine.
+    /// Tokens. Needed by clients from elsewhere, and for a role above that of clients on this
+    /// machine.
     pub tokens: TokenStore,
     /// Version of the program.
     pub version: String,
@@ -65,7 +66,7 @@ pub enum KeepAliveSource {
     Hub,
 }
 
-/// Returns the calls of programs for DobotLink.
+/// Function that returns the calls of programs for DobotLink.
 #[derive(Clone)]
 pub struct LinkCalls(pub Arc<dyn Fn() -> Value + Send + Sync>);
 

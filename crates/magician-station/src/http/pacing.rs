@@ -1,5 +1,5 @@
-//! Turns of connections: a flood from one sender delays the others by a bounded time, and stops not
-//! at all.
+//! Turns of connections: a flood from one sender delays other senders by a bounded time and does
+//! not delay stop requests.
 
 use std::io;
 use std::net::IpAddr;
@@ -38,7 +38,7 @@ impl Lane {
     }
 }
 
-/// True for messages that the station processes in any number.
+/// True for messages without a rate limit: stops and keep-alives.
 pub(super) fn is_always_obeyed(text: &str) -> bool {
     let message = Message::parse(text).ok();
     let method = message.and_then(|message| Method::named(&message.method));
@@ -102,7 +102,8 @@ impl Pacer {
     }
 }
 
-/// Stream that takes a turn between two reads. A client that pauses between reads never waits.
+/// Stream that waits for its turn before each read but the first. A client that pauses between
+/// reads never waits.
 pub(crate) struct Paced<S> {
     stream: S,
     pacer: Pacer,
@@ -132,7 +133,8 @@ impl<S: AsyncRead + Unpin> AsyncRead for Paced<S> {
         }
         let before = buffer.filled().len();
         ready!(Pin::new(&mut self.stream).poll_read(cx, buffer))?;
-        // Taken after a read and awaited before the next one: a single message is never delayed.
+        // The turn is requested after a read and awaited before the next one, so a single message
+        // is never delayed.
         if buffer.filled().len() > before {
             let pacer = self.pacer.clone();
             self.turn = Some(Box::pin(async move { pacer.turn(Lane::Ordinary).await }));

@@ -1,4 +1,4 @@
-//! Places of connections: connects the admission table to the tasks that serve them.
+//! Places of connections in the admission table, for the tasks that serve these connections.
 //!
 //! The table decides who is evicted; this module applies the decision. A connection awaits
 //! [`Place::evicted`] beside its work, and dropping its place frees it.
@@ -32,7 +32,7 @@ struct ListenerState {
 struct Inner {
     table: AdmissionTable<u64>,
     /// Notifies a connection that it is evicted.
-    ends: BTreeMap<u64, Arc<Notify>>,
+    evictions: BTreeMap<u64, Arc<Notify>>,
     connections: u64,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct Place(Arc<HeldPlace>);
 struct HeldPlace {
     listener: Arc<ListenerState>,
     key: u64,
-    end: Arc<Notify>,
+    eviction: Arc<Notify>,
     pacer: Pacer,
 }
 
@@ -54,7 +54,7 @@ impl Places {
             turns: Turns::default(),
             inner: Mutex::new(Inner {
                 table: AdmissionTable::new(limits),
-                ends: BTreeMap::new(),
+                evictions: BTreeMap::new(),
                 connections: 0,
             }),
         }))
@@ -63,32 +63,32 @@ impl Places {
     /// Registers an accepted connection. It gets a place at once; another one may be evicted for
     /// it.
     pub(crate) fn enter(&self, address: IpAddr) -> Place {
-        let end = Arc::new(Notify::new());
+        let eviction = Arc::new(Notify::new());
         let key = self.0.with(|inner, now| {
             inner.connections += 1;
             let key = inner.connections;
-            inner.ends.insert(key, Arc::clone(&end));
-            let gone = inner.table.open(now, key, Origin::of(address));
-            inner.end(gone);
+            inner.evictions.insert(key, Arc::clone(&eviction));
+            let evicted = inner.table.open(now, key, Origin::of(address));
+            inner.notify_evicted(evicted);
             key
         });
         let turns = self.0.turns.clone();
         Place(Arc::new(HeldPlace {
             listener: Arc::clone(&self.0),
             key,
-            end,
+            eviction,
             // Canonical, so that a client has one turn on IPv4 and mapped IPv6.
             pacer: Pacer::new(turns, address.to_canonical(), key),
         }))
     }
 
-    /// Evicts a stranger because the process is out of descriptors. Returns false without a
-    /// stranger.
+    /// Evicts a stranger (a connection without a request of an identified client) because the
+    /// process is out of descriptors. Returns false if there is no stranger.
     pub(crate) fn evict_stranger(&self) -> bool {
         self.0.with(|inner, _| {
-            let gone = inner.table.shed();
-            inner.end(gone);
-            gone.is_some()
+            let evicted = inner.table.shed();
+            inner.notify_evicted(evicted);
+            evicted.is_some()
         })
     }
 }
@@ -106,16 +106,16 @@ impl ListenerState {
 }
 
 impl Inner {
-    fn end(&mut self, gone: Option<u64>) {
+    fn notify_evicted(&mut self, evicted: Option<u64>) {
         // `notify_one` stores a permit, so a connection that does not wait yet also learns of it.
-        if let Some(end) = gone.and_then(|gone| self.ends.remove(&gone)) {
-            end.notify_one();
+        if let Some(eviction) = evicted.and_then(|evicted| self.evictions.remove(&evicted)) {
+            eviction.notify_one();
         }
     }
 }
 
 impl Place {
-    /// Returns the turns of this connection.
+    /// Returns the pacer, which gives this connection its turns.
     pub(crate) fn pacer(&self) -> &Pacer {
         &self.0.pacer
     }
@@ -127,20 +127,20 @@ impl Place {
             .with(|inner, now| inner.table.heard(now, self.0.key));
     }
 
-    /// Records that the client is identified. The request may be incomplete, or its answer not yet
-    /// read.
+    /// Records that the client is identified. Until [`claim`](Self::claim) the connection can still
+    /// be evicted, so that an incomplete request or an unread answer does not hold its place.
     pub(crate) fn begin(&self) {
         self.0.listener.with(|inner, now| {
-            let gone = inner.table.begin(now, self.0.key);
-            inner.end(gone);
+            let evicted = inner.table.begin(now, self.0.key);
+            inner.notify_evicted(evicted);
         });
     }
 
-    /// Claims a place because a request is being carried out.
+    /// Protects the place from eviction while a request is carried out.
     pub(crate) fn claim(&self) -> Result<(), NoPlace> {
         self.0.listener.with(|inner, now| {
-            let gone = inner.table.claim(now, self.0.key)?;
-            inner.end(gone);
+            let evicted = inner.table.claim(now, self.0.key)?;
+            inner.notify_evicted(evicted);
             Ok(())
         })
     }
@@ -148,17 +148,17 @@ impl Place {
     /// Records that a request is over: the connection is idle.
     fn end_request(&self) {
         self.0.listener.with(|inner, now| {
-            let gone = inner.table.end_request(now, self.0.key);
-            inner.end(gone);
+            let evicted = inner.table.end_request(now, self.0.key);
+            inner.notify_evicted(evicted);
         });
     }
 
     /// Resolves when this connection is evicted.
     pub(crate) async fn evicted(&self) {
-        self.0.end.notified().await;
+        self.0.eviction.notified().await;
     }
 
-    /// Extends a request until the body of its response was taken or dropped.
+    /// Counts the request as running until the body of its response is sent or dropped.
     pub(super) fn hold_until_sent(&self, response: Response) -> Response {
         let ending = RequestEnd(self.clone());
         response.map(|body| Body::new(TrackedBody { body, _end: ending }))
@@ -170,7 +170,7 @@ impl Drop for HeldPlace {
         let mut inner = self.listener.lock();
         inner.table.close(self.key);
         // Already gone if the connection was evicted.
-        inner.ends.remove(&self.key);
+        inner.evictions.remove(&self.key);
     }
 }
 

@@ -10,6 +10,7 @@ use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE, EXPECT};
 use axum::http::{HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use futures_util::{StreamExt, stream};
+use magician::message;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout;
 
@@ -19,7 +20,7 @@ use crate::library::{LibraryError, MAX_PROGRAM_SIZE, ProgramName, ProgramStore, 
 
 /// Path prefix. The name of a program follows.
 const PATH_PREFIX: &str = "/api/v1/programs/";
-/// Most uploads at once. A choice that bounds open part files.
+/// Most uploads at once. Chosen to bound the number of open part files.
 const MAX_UPLOADS: usize = 8;
 /// Longest pause within an upload.
 const UPLOAD_TIMEOUT: Duration = Duration::from_secs(30);
@@ -28,7 +29,7 @@ const DRAIN_TIMEOUT: Duration = Duration::from_secs(10);
 /// Bytes read from a file at once.
 const CHUNK_SIZE: u64 = 64 * 1024;
 
-/// Counter of uploads in progress.
+/// Limiter of the number of uploads in progress.
 #[derive(Clone, Debug)]
 pub struct Uploads(Arc<Semaphore>);
 
@@ -68,7 +69,7 @@ pub(super) async fn get(store: Arc<dyn ProgramStore>, name: ProgramName) -> Resp
     let (size, from) = match opened {
         Ok(Ok(opened)) => opened,
         Ok(Err(error)) => return refused(&error),
-        Err(_) => return refused(&LibraryError::Other("it cannot be read".to_owned())),
+        Err(_) => return refused(&LibraryError::Other(message!("it cannot be read"))),
     };
     // Piece by piece on a blocking thread: a program of 64 MiB is never in memory as a whole.
     let pieces = stream::unfold(Some(from), |from| async move {
@@ -209,7 +210,7 @@ impl Drop for BlockingUpload {
 }
 
 fn lost() -> LibraryError {
-    LibraryError::Other("the program is not kept".to_owned())
+    LibraryError::Other(message!("the program is not kept"))
 }
 
 /// Removes a program.
@@ -217,7 +218,7 @@ pub(super) async fn delete(store: Arc<dyn ProgramStore>, name: ProgramName) -> R
     match tokio::task::spawn_blocking(move || store.delete(&name)).await {
         Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),
         Ok(Err(error)) => refused(&error),
-        Err(_) => refused(&LibraryError::Other("it is not removed".to_owned())),
+        Err(_) => refused(&LibraryError::Other(message!("it is not removed"))),
     }
 }
 

@@ -36,8 +36,8 @@ impl RecordingFolder {
     }
 }
 
-/// True for the name of a recording: `ARM-YYYYMMDD-HHMMSS.mcap`. Excludes separators, so that no
-/// name leads out of the folder.
+/// True if a recording may have this name; the station's names are `ARM-YYYYMMDD-HHMMSS.mcap`.
+/// Excludes separators, so that no name leads out of the folder.
 fn is_name(name: &str) -> bool {
     let sign =
         |sign: char| sign.is_ascii_lowercase() || sign.is_ascii_digit() || "_-".contains(sign);

@@ -17,7 +17,7 @@ pub enum RouteNeeds {
     Role(Role),
 }
 
-/// Route.
+/// Route of the HTTP interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Route {
     /// HTTP method. HEAD is handled like GET.
@@ -26,7 +26,7 @@ pub struct Route {
     pub path: &'static str,
     /// Requirement.
     pub needs: RouteNeeds,
-    /// Answer, for the documentation.
+    /// What the route does, for the documentation.
     pub about: &'static str,
 }
 

@@ -1,8 +1,8 @@
 //! Handlers of the routes of a station.
 //!
 //! Every request passes `admit_request` first, which admits it, and every response gets the same
-//! security headers there. A handler then checks role and place. POST requests carry a session of
-//! their own.
+//! security headers there. A handler then checks role and place. Each JSON-RPC request by POST has
+//! a session of its own.
 
 use std::sync::{Arc, LazyLock};
 
@@ -73,7 +73,8 @@ pub(super) fn router(
 
 /// Admits a request, finds its route, and adds the security headers to every response.
 async fn admit_request<S: ApiServer>(context: RequestContext<S>, request: Request) -> Response {
-    // The head is complete: from here on the connection is not a stranger that sends nothing.
+    // The head is complete, so the connection no longer counts as silent, which would be evicted
+    // first.
     context.place.note_head();
     context.place.pacer().turn(lane(&request)).await;
     let (parts, body) = request.into_parts();
@@ -160,13 +161,13 @@ async fn answer<S: ApiServer>(
         &Method::HEAD => "GET",
         method => method.as_str(),
     };
-    let of_path = ROUTES.iter().filter(|route| route.is_of(path));
-    let of_path: Vec<_> = of_path.collect();
-    let Some(route) = of_path.iter().find(|route| route.method == method) else {
-        if of_path.is_empty() {
+    let candidates = ROUTES.iter().filter(|route| route.is_of(path));
+    let candidates: Vec<_> = candidates.collect();
+    let Some(route) = candidates.iter().find(|route| route.method == method) else {
+        if candidates.is_empty() {
             return text(StatusCode::NOT_FOUND, "there is nothing at this address");
         }
-        let allowed: Vec<_> = of_path.iter().map(|route| route.method).collect();
+        let allowed: Vec<_> = candidates.iter().map(|route| route.method).collect();
         let mut response = text(
             StatusCode::METHOD_NOT_ALLOWED,
             "the method is not allowed here",
@@ -221,7 +222,7 @@ async fn results<S: ApiServer>(
         Err(refused) => return refusal(&refused),
     };
     let token = admitted.token.clone();
-    // By the method, so that the page has the same rights and content.
+    // Calls the API method, so that the page needs the same rights and has the same content.
     let answer = context.station.call(peer, token, RESULTS_REQUEST).await;
     let page = crate::engine::run_blocking(move || {
         let answer: Value = serde_json::from_str(&answer.unwrap_or_default()).unwrap_or_default();
@@ -385,7 +386,7 @@ async fn upgrade<S: ApiServer>(
     admitted: &Admitted,
 ) -> Response {
     let (mut parts, _) = request.into_parts();
-    // A person who opens the address in a browser.
+    // Without this header it is a person who opened the address in a browser.
     if !parts.headers.contains_key(UPGRADE) {
         let mut response = text(StatusCode::UPGRADE_REQUIRED, "this is for a WebSocket");
         response
@@ -413,7 +414,8 @@ async fn upgrade<S: ApiServer>(
         // reason.
         .max_message_size(2 * MAX_BODY_SIZE)
         .max_frame_size(2 * MAX_BODY_SIZE)
-        // A message is sent at once: the station replaces outdated states, not a buffer.
+        // Unbuffered, because the station replaces a waiting state by a newer one, which it cannot
+        // do in a buffer.
         .write_buffer_size(0)
         .read_buffer_size(READ_BUFFER);
     let Some(client) = context.station.admit(peer, admitted.token.clone()).await else {
@@ -428,7 +430,7 @@ async fn upgrade<S: ApiServer>(
     })
 }
 
-/// Returns the calls of programs for DobotLink.
+/// Returns the report on the calls that programs written for DobotLink have made.
 async fn link<S: ApiServer>(
     context: &RequestContext<S>,
     admitted: &Admitted,
@@ -464,7 +466,8 @@ async fn rpc<S: ApiServer>(
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
-    // Evictable until the body is complete: a slow body must not keep a stop out.
+    // The connection stays evictable until the body is complete, so that slow bodies cannot keep
+    // the connection of a stop out.
     context.place.begin();
     let text = match body(request).await {
         Ok(text) => text,
@@ -501,16 +504,20 @@ async fn pair<S: ApiServer>(context: &RequestContext<S>, request: Request) -> Re
         let why = "a request is `application/json`";
         return text(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
     }
-    let text_of = match body(request).await {
+    let body_text = match body(request).await {
         Ok(text) => text,
         Err(refused) => return refusal(&refused),
     };
-    let wanted: Value = serde_json::from_str(&text_of).unwrap_or_default();
-    let code = wanted["code"].as_str().unwrap_or_default();
-    let name = wanted["name"].as_str().unwrap_or_default();
-    let sign = |sign: char| sign.is_ascii_alphanumeric() || "._- ".contains(sign);
+    let fields: Value = serde_json::from_str(&body_text).unwrap_or_default();
+    let code = fields["code"].as_str().unwrap_or_default();
+    let name = fields["name"].as_str().unwrap_or_default();
+    let is_allowed = |letter: char| letter.is_ascii_alphanumeric() || "._- ".contains(letter);
     // The name of the token comes from a stranger and is shown to teachers.
-    let name: String = name.chars().filter(|known| sign(*known)).take(32).collect();
+    let name: String = name
+        .chars()
+        .filter(|letter| is_allowed(*letter))
+        .take(32)
+        .collect();
     let (code, name) = (code.to_owned(), name.trim().to_owned());
     let redeemed = run_blocking(&context.options.tokens, move |tokens| {
         tokens.redeem(&code, &name)

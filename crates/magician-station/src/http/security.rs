@@ -38,7 +38,7 @@ pub struct Admission {
     /// Further origins: `https://example.org`.
     pub origins: Vec<String>,
     /// True if clients of this machine need a token as well. Used when clients show a certificate,
-    /// which does not say whose program they are.
+    /// which proves the machine, not the user.
     pub tokens_always: bool,
 }
 
@@ -88,7 +88,7 @@ impl Admission {
             ));
         }
         let query = parts.uri.query().unwrap_or_default();
-        // Addresses end up in logs and histories of browsers.
+        // URLs end up in logs and in the histories of browsers.
         if query
             .split('&')
             .any(|pair| pair.split('=').next() == Some("token"))

@@ -15,8 +15,7 @@ pub trait ApiServer: Clone + Send + Sync + 'static {
     type Client: ApiClient;
 
     /// Connects a client with the token of its request. Waits until clients that connected just
-    /// before have sent their hello, or their time for it is over. `None` if all sessions are in
-    /// use.
+    /// before have sent their hello or timed out. `None` if all sessions are in use.
     fn admit(
         &self,
         peer: Peer,

@@ -36,7 +36,7 @@ pub(super) async fn carry(
 ) {
     let (mut sink, mut stream) = socket.split();
     let reader = async {
-        // Looked up once, because a socket has only one hello, and the file may be slow.
+        // The token is looked up once: a socket has only one hello, and the file may be slow.
         let mut token_checked = false;
         let mut heard = false;
         loop {
@@ -62,8 +62,8 @@ pub(super) async fn carry(
                         }
                     }
                     client.send(&text);
-                    // A socket without a hello has these turns only for the short time until it is
-                    // closed.
+                    // A socket without a hello gets its own turns too, but the station soon closes
+                    // it.
                     pacer.begin_session();
                 }
                 Some(Ok(Message::Pong(_))) => client.pong(),

@@ -19,7 +19,7 @@ use tokio_rustls::{TlsAcceptor, server::TlsStream};
 pub enum TlsError {
     /// A file cannot be read.
     Read(PathBuf, io::Error),
-    /// A file does not contain what it should: the missing item.
+    /// A file does not contain this item.
     Content(PathBuf, &'static str),
     /// The key does not belong to the certificate.
     NoPair(PathBuf, PathBuf),
@@ -83,7 +83,7 @@ impl Tls {
         let secret =
             PrivateKeyDer::from_pem_file(key).map_err(|error| wrong(key, "private key", error))?;
         let config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
-            // All browsers and clients of today know it, and it has no weak suites.
+            // All current browsers and clients support TLS 1.3, and it has no weak cipher suites.
             .with_protocol_versions(&[&TLS13])
             .map(|config| config.with_no_client_auth())
             .and_then(|config| config.with_single_cert(chain, secret));
@@ -93,7 +93,7 @@ impl Tls {
             }
             error => TlsError::Refused(error),
         })?;
-        // HTTP/2 has no upgrade to a WebSocket here.
+        // The server supports HTTP/1.1 only.
         config.alpn_protocols = vec![b"http/1.1".to_vec()];
         Ok(Self {
             acceptor: TlsAcceptor::from(Arc::new(config)),

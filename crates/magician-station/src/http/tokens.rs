@@ -27,7 +27,8 @@ const USE_RESOLUTION: u64 = 60;
 /// Least number of characters of a token that the user has made.
 const MIN_TOKEN_LENGTH: usize = 32;
 
-/// Name of the token for the station's own user. Cannot collide: names contain no brackets.
+/// Name of the token for the station's own user. Pairing and lists of tokens cannot produce this
+/// name. A token created with it on the command line is valid on this machine alone.
 const OWN_TOKEN_NAME: &str = "(this user)";
 
 /// Message while the station cannot check a token.
@@ -368,7 +369,7 @@ impl TokenStore {
         loopback: bool,
     ) -> Result<Option<Grant>, TokenError> {
         let granted = self.granted(token).await?;
-        // The token of the station's own user is worth nothing from elsewhere.
+        // The token of the station's own user is not valid from elsewhere.
         let is_own = |grant: &Grant| grant.token.as_deref() == Some(OWN_TOKEN_NAME);
         Ok(granted.filter(|grant| loopback || !is_own(grant)))
     }

@@ -1,4 +1,4 @@
-//! Listener for programs written for DobotLink: any path of a port, on loopback alone.
+//! Listener for programs written for DobotLink: accepts any URL path, on loopback addresses only.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -199,7 +199,7 @@ async fn accept(
     let _ = timeout(Duration::from_secs(2), farewell).await;
 }
 
-/// Opens the WebSocket of a program, if it passes the checks of all listeners.
+/// Opens the WebSocket of a program, if its request passes the checks that all listeners share.
 #[allow(
     clippy::result_large_err,
     reason = "the type of a refusal is the library's"

@@ -1,5 +1,5 @@
-//! Programs for DobotLink at a station: runs the translation [`magician_link::Link`] on tokio, and
-//! its listener.
+//! Serves programs written for DobotLink: listens for them and runs the translation
+//! [`magician_link::Link`] on tokio.
 //!
 //! Each program is a client of the station in this process. The translation is a state machine; one
 //! task per program moves texts between the program, the translation and the station.

@@ -58,9 +58,9 @@ impl RunningStation {
         let stops: Vec<_> = self.shared.with(|inner, now| {
             // `Station::end` again: sessions that still hold a lease lose it now.
             inner.station.end(now);
-            let is_reader = inner.station.is_read_only();
+            let is_read_only = inner.station.is_read_only();
             // All arms at once: an arm that does not answer must not delay the stop of the others.
-            let stops = inner.engines.iter().map(|engine| engine.end(is_reader));
+            let stops = inner.engines.iter().map(|engine| engine.end(is_read_only));
             stops
                 .map(|stop| timeout(FINAL_STOP_TIMEOUT, stop))
                 .collect()

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::build::{Axis, JogDirection};
-use magician::{Set, burns, gate};
+use magician::{Set, burns, gate, message};
 use magician_program::{SheetCorner, Travel};
 use magician_protocol::Row;
 use serde_json::{Map, Value, json};
@@ -238,7 +238,7 @@ impl Station {
         let axis = params.text("axis").unwrap_or_default();
         let direction: JogDirection = axis
             .parse()
-            .map_err(|_| RpcError::param("axis", format!("unknown axis `{axis}`")))?;
+            .map_err(|_| RpcError::param("axis", message!("unknown axis `{axis}`", axis)))?;
         // A choice: long enough for the delays of a wireless network, short enough to bound the
         // motion after the client has died.
         let keep = Duration::from_millis(params.integer("keep_ms").unwrap_or(250));
@@ -271,7 +271,7 @@ impl Station {
     fn stop_jog(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let (arm, jog) = match call.params.text("jog") {
             Some(_) => {
-                let unknown = || RpcError::param("jog", "there is no such jog");
+                let unknown = || RpcError::param("jog", message!("there is no such jog"));
                 let jog = self.jog_named(call).ok_or_else(unknown)?;
                 let arm = self.jogs.get(&jog).copied().ok_or_else(unknown)?;
                 (arm, Some(jog))
@@ -355,7 +355,8 @@ impl Station {
         };
         // A raw jog has no keep-alive at the station.
         if gate::jogs(set) {
-            let why = "a jog that nothing holds goes on to the end of its axis: use jog.start";
+            let why =
+                message!("a jog that nothing holds goes on to the end of its axis: use jog.start");
             return Err(RpcError::param("command", why).with("method", "jog.start"));
         }
         if !self.is_one_shot(call) {
@@ -364,9 +365,9 @@ impl Station {
         // A motor with a counted number of pulses ends by itself.
         let turns = matches!(set, Set::EMotor(_)) && gate::turns_motor(set);
         let why = if turns {
-            "a motor runs on while the lease of its session does: use a WebSocket"
+            message!("a motor runs on while the lease of its session does: use a WebSocket")
         } else if burns(set, self.arm(arm).entry.laser_pins) {
-            "the laser stays on while the lease of its session does: use a WebSocket"
+            message!("the laser stays on while the lease of its session does: use a WebSocket")
         } else {
             return Ok(());
         };
@@ -375,7 +376,10 @@ impl Station {
 }
 
 pub(super) fn line_lost() -> RpcError {
-    RpcError::arm(magician::ErrorKind::Port, "the line to the arm is lost")
+    RpcError::arm(
+        magician::ErrorKind::Port,
+        message!("the line to the arm is lost"),
+    )
 }
 
 /// Returns the frame named in the parameters.
@@ -389,7 +393,7 @@ fn raw(params: &Params) -> Result<(u8, Vec<u8>), RpcError> {
         u8::from_str_radix(digits, 16).ok()
     });
     let bytes: Option<Vec<u8>> = bytes.collect();
-    let bytes = bytes.ok_or_else(|| RpcError::param("params", "`params` must be hex"))?;
+    let bytes = bytes.ok_or_else(|| RpcError::param("params", message!("`params` must be hex")))?;
     Ok((id.unwrap_or_default(), bytes))
 }
 
@@ -433,7 +437,8 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
             let corner = SheetCorner::ALL
                 .into_iter()
                 .find(|corner| corner.name() == name);
-            let corner = corner.ok_or_else(|| RpcError::param("corner", "no such corner"))?;
+            let corner =
+                corner.ok_or_else(|| RpcError::param("corner", message!("no such corner")))?;
             Ok(ArmAct::Touch {
                 takes: TouchTarget::Corner(corner),
                 unhomed: params.is_on("unhomed"),
@@ -444,7 +449,10 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
         "arm.move" => {
             let to = params.numbers("to").unwrap_or_default();
             let [x, y, z, r, rest @ ..] = to.as_slice() else {
-                return Err(RpcError::param("to", "`to` must be 4 to 5 numbers"));
+                return Err(RpcError::param(
+                    "to",
+                    message!("`to` must be 4 to 5 numbers"),
+                ));
             };
             Ok(ArmAct::Move {
                 to: [*x as f32, *y as f32, *z as f32, *r as f32],
@@ -461,9 +469,9 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
             let turned = params.text("frame") == Some("tool");
             let axis: Axis = axis
                 .parse()
-                .map_err(|_| RpcError::param("axis", format!("unknown axis `{axis}`")))?;
+                .map_err(|_| RpcError::param("axis", message!("unknown axis `{axis}`", axis)))?;
             if turned && !matches!(axis, Axis::X | Axis::Y | Axis::Z | Axis::R) {
-                let why = "the tool frame is for steps along x, y, z and r";
+                let why = message!("the tool frame is for steps along x, y, z and r");
                 return Err(RpcError::param("frame", why));
             }
             Ok(ArmAct::Step {
@@ -480,7 +488,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
 /// Returns the reading that `arm.get` asks for.
 fn requested_read(call: &Call<'_>) -> Result<ArmRead, RpcError> {
     let name = call.params.text("command").unwrap_or_default();
-    let row = Row::find_readable(name).map_err(|_| unknown_name("command", name, "read"))?;
+    let row = Row::find_readable(name).map_err(|_| unknown_name("command", name, false))?;
     let given = call.params.object("query").cloned().unwrap_or_default();
     let params = match row.query {
         Some(layout) => encode(layout, &given).map_err(|why| RpcError::param("query", why))?,
@@ -488,7 +496,7 @@ fn requested_read(call: &Call<'_>) -> Result<ArmRead, RpcError> {
         None => {
             return Err(RpcError::param(
                 "query",
-                format!("{name} is asked for nothing"),
+                message!("{name} is asked for nothing", name),
             ));
         }
     };
@@ -504,12 +512,12 @@ fn command(call: &Call<'_>, queued: bool) -> Result<Set, RpcError> {
 /// Returns the command in this parameter, with its fields.
 pub(super) fn named_command(call: &Call<'_>, param: &str, queued: bool) -> Result<Set, RpcError> {
     let name = call.params.text(param).unwrap_or_default();
-    let row = Row::find_writable(name).map_err(|_| unknown_name(param, name, "set"))?;
-    let layout = row.set.ok_or_else(|| unknown_name(param, name, "set"))?;
+    let row = Row::find_writable(name).map_err(|_| unknown_name(param, name, true))?;
+    let layout = row.set.ok_or_else(|| unknown_name(param, name, true))?;
     if queued && !row.queueable {
         return Err(RpcError::param(
             param,
-            format!("{} cannot be queued", row.set_name),
+            message!("{name} cannot be queued", name = row.set_name),
         ));
     }
     let given = call.params.object("fields").cloned().unwrap_or_default();
@@ -518,10 +526,12 @@ pub(super) fn named_command(call: &Call<'_>, param: &str, queued: bool) -> Resul
     set.map_err(|error| RpcError::param("fields", format!("{name}: {error}")))
 }
 
-fn unknown_name(param: &str, name: &str, does: &str) -> RpcError {
-    let name = magician_protocol::visible(name);
-    RpcError::param(
-        param,
-        format!("there is no command `{name}` that can be {does}"),
-    )
+fn unknown_name(param: &str, name: &str, sets: bool) -> RpcError {
+    let name = magician_protocol::visible(name).to_string();
+    let why = if sets {
+        message!("there is no command `{name}` that can be set", name)
+    } else {
+        message!("there is no command `{name}` that can be read", name)
+    };
+    RpcError::param(param, why)
 }

@@ -9,7 +9,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use magician::Fence;
+use magician::{Fence, message};
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -94,8 +94,9 @@ impl Person {
 impl StationClass {
     /// Reads the class from the flags, or else from the files of an earlier station.
     pub(super) fn load(config: &StationConfig) -> Self {
-        let kept =
-            |name| { config.jobs.load_text(name) }.map_err(|error| ClassError(error.to_string()));
+        let kept = |name| {
+            { config.jobs.load_text(name) }.map_err(|error| ClassError(error.to_string().into()))
+        };
         let noted =
             |what: &str, error: &ClassError| tracing::warn!(%error, "the {what} is not used");
         let before = match kept(CLASS_FILE) {
@@ -128,10 +129,9 @@ impl StationClass {
         }
         // Only a warning: the file may be shared by several stations.
         let has = |arm: &str| config.arms.iter().any(|known| known.name == arm);
-        if let Some(Err(ClassError(error))) =
-            { file.as_ref() }.map(|file| file.check_arms("this station", has))
+        if let Some(Err(error)) = { file.as_ref() }.map(|file| file.check_arms("this station", has))
         {
-            tracing::warn!(error, "another station may have it");
+            tracing::warn!(error = error.0.as_str(), "another station may have it");
         }
         let schedule = match &config.schedule {
             Some(text) => Ok(Some(text.clone())),
@@ -300,7 +300,7 @@ impl Station {
                 ("names", Some(file))
             }
             _ => {
-                let why = "a class is `text`, its file, or `names`, those of its pupils";
+                let why = message!("a class is `text`, its file, or `names`, those of its pupils");
                 return Err(RpcError::param("text", why));
             }
         };
@@ -455,7 +455,10 @@ impl Station {
 
     pub(super) fn frozen(&self, arm: ArmId) -> RpcError {
         let name = &self.arm(arm).entry.name;
-        let why = format!("the teacher has frozen {name}: wait until it is freed");
+        let why = message!(
+            "the teacher has frozen {name}: wait until it is freed",
+            name
+        );
         RpcError::new(RpcError::FROZEN, why).with("arm", name.clone())
     }
 
@@ -472,10 +475,11 @@ impl Station {
 }
 
 pub(super) fn class_error(param: &str, error: ClassError) -> RpcError {
-    RpcError::param(param, magician_protocol::visible(&error.0).to_string())
+    let why = magician_protocol::visible(&error.0).to_string();
+    RpcError::param(param, why).with_sentence(&error.0)
 }
 
 pub(super) fn no_class() -> RpcError {
-    let why = "this station has no class: a teacher gives it one first (class.set)";
+    let why = message!("this station has no class: a teacher gives it one first (class.set)");
     RpcError::arm(magician::ErrorKind::InvalidInput, why)
 }

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use magician::ErrorKind;
+use magician::{ErrorKind, message};
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -118,7 +118,9 @@ impl Station {
         };
         let files = &mut self.class.files;
         if files.held.iter().any(|held| held.name == name) {
-            let why = "another change of the class is being written: try again after its answer";
+            let why = message!(
+                "another change of the class is being written: try again after its answer"
+            );
             return Err(RpcError::arm(ErrorKind::QueueFull, why));
         }
         let held = HeldChange {

@@ -153,7 +153,10 @@ impl Station {
         let of_link = || Method::of_link(&method).filter(|_| is_link);
         let Some(method) = Method::named(&method).or_else(of_link) else {
             let shown = magician_protocol::visible(&method).to_string();
-            let error = RpcError::new(RpcError::METHOD, format!("unknown method `{shown}`"));
+            let error = RpcError::new(
+                RpcError::METHOD,
+                message!("unknown method `{shown}`", shown),
+            );
             return self.answer(socket, id.as_ref(), &Err(error));
         };
         // A client that forgets the id would never learn of an error.
@@ -165,7 +168,7 @@ impl Station {
             return self.greet(now, socket, id, params);
         }
         let Some(session) = self.session_of(socket) else {
-            let why = "`session.hello` comes first";
+            let why = message!("`session.hello` comes first");
             let error = RpcError::new(RpcError::FORBIDDEN, why);
             return self.answer(socket, id.as_ref(), &Err(error));
         };
@@ -410,10 +413,14 @@ impl Station {
             let names = names.join(", ");
             let message = match name {
                 Some(name) => {
-                    let name = magician_protocol::visible(name);
-                    format!("there is no arm `{name}`: the station has {names}")
+                    let name = magician_protocol::visible(name).to_string();
+                    message!(
+                        "there is no arm `{name}`: the station has {names}",
+                        name,
+                        names
+                    )
                 }
-                None => format!("`arm` is missing: the station has {names}"),
+                None => message!("`arm` is missing: the station has {names}", names),
             };
             RpcError::param("arm", message)
         })
@@ -435,7 +442,7 @@ impl Station {
             #[cfg(feature = "class")]
             Refusal::Frozen => self.frozen(arm),
             Refusal::Closed => self.lease_error(arm, None),
-            Refusal::Unknown => RpcError::param("session", "that session does not ask"),
+            Refusal::Unknown => RpcError::param("session", message!("that session does not ask")),
         }
     }
 
@@ -445,7 +452,7 @@ impl Station {
         }
         let message = self.holder_sentence(arm, holder).unwrap_or_else(|| {
             let name = &self.arm(arm).entry.name;
-            format!("moving {name} needs its lease")
+            message!("moving {name} needs its lease", name)
         });
         // The method to call is for programs, so it is a field. People read the sentence alone.
         let method = match holder {
@@ -457,10 +464,18 @@ impl Station {
     }
 
     /// Returns a sentence that names the holder of a lease. `None` without a holder.
-    pub(super) fn holder_sentence(&self, arm: ArmId, holder: Option<SessionId>) -> Option<String> {
+    pub(super) fn holder_sentence(
+        &self,
+        arm: ArmId,
+        holder: Option<SessionId>,
+    ) -> Option<magician::Message> {
         let holder = self.sessions.get(&holder?)?;
         let arm = &self.arm(arm).entry.name;
-        Some(format!("{} has the lease of {arm}", holder.name))
+        Some(message!(
+            "{name} has the lease of {arm}",
+            name = holder.name,
+            arm
+        ))
     }
 
     /// Returns the arm, or all arms if `None`.
@@ -473,6 +488,10 @@ impl Station {
 }
 
 /// Returns the error for a role that is too low.
-pub(super) fn forbidden(grant: &Grant, needs: Role, what: &str) -> RpcError {
+pub(super) fn forbidden(
+    grant: &Grant,
+    needs: Role,
+    what: impl Into<magician::Message>,
+) -> RpcError {
     RpcError::forbidden(grant.role, needs, what)
 }

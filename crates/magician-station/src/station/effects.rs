@@ -1,5 +1,6 @@
 //! Carries out the effects of [`Control`](crate::control::Control): orders, answers, notifications.
 
+use magician::message;
 use magician_job::PauseReason;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
@@ -58,7 +59,7 @@ impl Station {
                             }
                             // Names the holder, whom a person can go and ask.
                             Some(held) => held,
-                            None => "the lease was not granted".to_owned(),
+                            None => message!("the lease was not granted"),
                         };
                         let error = RpcError::new(RpcError::LEASE, why);
                         let error = error.with("holder", self.name_of(holder));
@@ -169,12 +170,13 @@ impl Station {
                 if let Some(ends) = self.ending_error() {
                     return ends;
                 }
-                let message = format!("the lease of {} has ended", self.arm(arm).entry.name);
+                let name = &self.arm(arm).entry.name;
+                let message = message!("the lease of {name} has ended", name);
                 let error = RpcError::new(RpcError::LEASE, message);
                 error.with("holder", self.name_of(holder))
             }
             WorkEnd::Stop(by) => {
-                let message = "a stop ended it";
+                let message = message!("a stop ended it");
                 RpcError::new(RpcError::STOPPED, message).with("by", self.session_id_value(by))
             }
         }
@@ -197,7 +199,8 @@ impl Station {
                 JogEnd::Lease => self.ended_error(arm, WorkEnd::Lease(self.control.holder(arm))),
                 JogEnd::Stopped => self.ended_error(arm, WorkEnd::Stop(None)),
                 why => {
-                    let message = format!("the jog ended as it began: {}", why.name());
+                    let message =
+                        message!("the jog ended as it began: {reason}", reason = why.name());
                     RpcError::new(RpcError::STOPPED, message).with("by", Value::Null)
                 }
             };

@@ -28,7 +28,7 @@ impl Station {
             return Err(forbidden(
                 &call.grant,
                 Role::Teacher,
-                "a change of the fence",
+                message!("a change of the fence"),
             ));
         }
         // A job and a jog were checked against the fence at their start, so the fence must not

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use magician::ErrorKind;
+use magician::{ErrorKind, message};
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -356,12 +356,15 @@ impl Station {
 
 /// Error of a change that was made but is not on the disk.
 fn unsaved_change_error(why: &str) -> RpcError {
-    let message = format!("it is done, but not kept: after a power failure it is as before: {why}");
+    let message = message!(
+        "it is done, but not kept: after a power failure it is as before: {why}",
+        why
+    );
     RpcError::arm(ErrorKind::Closed, message).with("reason", json!("unkept"))
 }
 
 /// Error of a change that the disk refused.
 pub(super) fn refused_change_error(why: &str) -> RpcError {
-    let message = format!("the change is not kept, so it does not count: {why}");
+    let message = message!("the change is not kept, so it does not count: {why}", why);
     RpcError::arm(ErrorKind::Closed, message).with("reason", json!("unkept"))
 }

@@ -7,7 +7,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use magician::message;
+use magician::{Message, message};
 use magician_job::PauseReason;
 use serde_json::{Value, json};
 
@@ -74,7 +74,7 @@ impl Station {
     ) -> Result<Handled, RpcError> {
         let params = call.params;
         if params.is_on("require_homed") && params.is_on("unhomed") {
-            let why = "`require_homed` and `unhomed` contradict each other";
+            let why = message!("`require_homed` and `unhomed` contradict each other");
             return Err(RpcError::param("unhomed", why));
         }
         let source = source(call)?;
@@ -92,7 +92,7 @@ impl Station {
         };
         let key = params.text("key");
         if key == Some("") {
-            return Err(RpcError::param("key", "`key` must not be empty"));
+            return Err(RpcError::param("key", message!("`key` must not be empty")));
         }
         // A repeated start with the same key starts nothing.
         if let Some(again) = key.and_then(|key| self.started_before(call, arm, key, &order)) {
@@ -256,7 +256,7 @@ impl Station {
         self.acquire_free_lease(call, arm);
         self.begin_for_job(call, arm, WorkKind::SteerJob)?;
         let Some(job) = number.filter(|_| is_under_way(&state)) else {
-            return Err(self.not_steerable_error(call, arm, "the job is over"));
+            return Err(self.not_steerable_error(call, arm, message!("the job is over")));
         };
         // Pausing is idempotent.
         if state == "paused" {
@@ -287,7 +287,9 @@ impl Station {
         let goes_on = ["stopped", "failed", "interrupted"].contains(&state.as_str());
         let overlap = call.params.number("overlap");
         if overlap.is_some() && state == "paused" {
-            let why = "`overlap` is for a job that ended before its end; a paused one goes on where it is";
+            let why = message!(
+                "`overlap` is for a job that ended before its end; a paused one goes on where it is"
+            );
             return Err(RpcError::param("overlap", why));
         }
         self.acquire_free_lease(call, arm);
@@ -303,7 +305,7 @@ impl Station {
                 return Err(self.not_steerable_error(
                     call,
                     arm,
-                    "the program of the job is not kept",
+                    message!("the program of the job is not kept"),
                 ));
             };
             let job = JobId(self.next_id());
@@ -323,7 +325,7 @@ impl Station {
             ));
         }
         let Some(job) = number.filter(|_| state == "paused") else {
-            return Err(self.not_steerable_error(call, arm, "the job is not paused"));
+            return Err(self.not_steerable_error(call, arm, message!("the job is not paused")));
         };
         if let Some(record) = self.records.numbered(job)
             && one_shot
@@ -380,7 +382,7 @@ impl Station {
         begun.map_err(|refusal| self.refused(arm, refusal))
     }
 
-    fn not_steerable_error(&mut self, call: &Call<'_>, arm: ArmId, why: &str) -> RpcError {
+    fn not_steerable_error(&mut self, call: &Call<'_>, arm: ArmId, why: Message) -> RpcError {
         self.control.finish(call.now, arm, call.request);
         RpcError::arm(magician::ErrorKind::InvalidInput, why)
     }
@@ -395,7 +397,7 @@ impl Station {
     pub(super) fn job_named(&self, call: &Call<'_>) -> Result<&JobRecord, RpcError> {
         let id = call.params.text("job").unwrap_or_default();
         let found = self.records.find(id);
-        found.ok_or_else(|| RpcError::param("job", "there is no such job"))
+        found.ok_or_else(|| RpcError::param("job", message!("there is no such job")))
     }
 
     pub(super) fn shown(&mut self, job: JobId) -> Value {
@@ -437,12 +439,12 @@ pub(super) fn source(call: &Call<'_>) -> Result<Source, RpcError> {
         [None, Some(text), None] => SourceBytes::Text(text.to_owned()),
         [None, None, Some(data)] => {
             // Checked here, so that the error comes before the job is created.
-            let wrong = |_| RpcError::param("data", "`data` must be bytes in base64");
+            let wrong = |_| RpcError::param("data", message!("`data` must be bytes in base64"));
             STANDARD.decode(data).map_err(wrong)?;
             SourceBytes::Data(data.to_owned())
         }
         _ => {
-            let why = "one of `program`, `text` and `data` has to be given";
+            let why = message!("one of `program`, `text` and `data` has to be given");
             return Err(RpcError::param("text", why));
         }
     };

@@ -51,7 +51,7 @@ impl Station {
     }
 
     fn answer_ask(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
-        let unknown = || RpcError::param("session", "that session does not ask");
+        let unknown = || RpcError::param("session", message!("that session does not ask"));
         let text = call.params.text("session").unwrap_or_default();
         let asker = SessionId(self.number('s', text).ok_or_else(unknown)?);
         let grant = call.params.is_on("grant");
@@ -71,7 +71,7 @@ impl Station {
     fn lease(&self, call: &Call<'_>) -> Result<LeaseId, RpcError> {
         let text = call.params.text("lease").unwrap_or_default();
         let number = self.number('l', text);
-        let unknown = || RpcError::param("lease", "there is no such lease");
+        let unknown = || RpcError::param("lease", message!("there is no such lease"));
         number.map(LeaseId).ok_or_else(unknown)
     }
 }

@@ -3,6 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use magician::message;
 use magician_program::{Format, SetupOptions};
 use magician_protocol::HostInstant;
 use serde_json::json;
@@ -48,11 +49,11 @@ impl Station {
             "program.put" => {
                 let bytes = match (params.text("text"), params.text("data")) {
                     (Some(text), None) => text.as_bytes().to_vec(),
-                    (None, Some(data)) => STANDARD
-                        .decode(data)
-                        .map_err(|_| RpcError::param("data", "`data` must be bytes in base64"))?,
+                    (None, Some(data)) => STANDARD.decode(data).map_err(|_| {
+                        RpcError::param("data", message!("`data` must be bytes in base64"))
+                    })?,
                     _ => {
-                        let why = "one of `text` and `data` has to be given";
+                        let why = message!("one of `text` and `data` has to be given");
                         return Err(RpcError::param("text", why));
                     }
                 };
@@ -149,9 +150,10 @@ impl Station {
 pub(super) fn program(call: &Call<'_>, param: &str) -> Result<ProgramName, RpcError> {
     let name = call.params.text(param).unwrap_or_default();
     ProgramName::new(name).ok_or_else(|| {
-        let why = format!(
+        let why = message!(
             "`{param}` must be a name of 1 to 80 letters, digits, points, blanks, `_` and `-`, \
-                with no point first and no blank first or last"
+                with no point first and no blank first or last",
+            param
         );
         RpcError::param(param, why)
     })
@@ -169,7 +171,7 @@ fn preset_act(method: &str, call: &Call<'_>) -> Result<PresetAct, RpcError> {
             ("preset.save", Some(fields), None) => {
                 let (options, of_preset) = setup_and_preset(Some(fields))?;
                 if of_preset.is_some() {
-                    let why = "`setup`: a preset has no preset";
+                    let why = message!("`setup`: a preset has no preset");
                     return Err(RpcError::param("setup.preset", why));
                 }
                 let note = params.text("note").map(str::to_owned);
@@ -179,8 +181,9 @@ fn preset_act(method: &str, call: &Call<'_>) -> Result<PresetAct, RpcError> {
                 PresetAct::SaveText(name, text.to_owned())
             }
             ("preset.save", ..) => {
-                let why =
-                    "either `setup`, with or without a `note`, or `text` alone has to be given";
+                let why = message!(
+                    "either `setup`, with or without a `note`, or `text` alone has to be given"
+                );
                 return Err(RpcError::param("setup", why));
             }
             _ => return Err(RpcError::internal(format!("{method} does nothing"))),

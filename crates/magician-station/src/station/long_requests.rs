@@ -87,7 +87,10 @@ impl Station {
         what: LongRequest,
     ) -> Result<Handled, RpcError> {
         if self.long_requests.waiting.len() >= MAX_WAITING {
-            let why = format!("{MAX_WAITING} checks and changes of programs wait already");
+            let why = magician::message!(
+                "{count} checks and changes of programs wait already",
+                count = MAX_WAITING
+            );
             return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_WAITING));
         }
         let request = call.request;

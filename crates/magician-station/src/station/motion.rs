@@ -1,6 +1,6 @@
 //! Methods of kinematics. They compute and need no arm.
 
-use magician::{ArmModel, Geometry, JointAngles, ToolBias};
+use magician::{ArmModel, Geometry, JointAngles, ToolBias, message};
 use magician_motion::Pose;
 use magician_program::{Reach, Surface};
 use serde_json::{Value, json};
@@ -42,7 +42,7 @@ impl Station {
 fn four(params: &Params, name: &str) -> Result<[f64; 4], RpcError> {
     let given = params.numbers(name).unwrap_or_default();
     let four = given.try_into();
-    four.map_err(|_| RpcError::param(name, format!("`{name}` must be 4 numbers")))
+    four.map_err(|_| RpcError::param(name, message!("`{name}` must be 4 numbers", name)))
 }
 
 /// Returns the tool of a request. Without one, the flange itself.
@@ -52,5 +52,5 @@ fn tool(params: &Params) -> Result<ToolBias, RpcError> {
         (None, Some([x, y, z])) => Some(ToolBias::new(*x, *y, *z)),
         (None, _) => Some(ToolBias::default()),
     };
-    bias.ok_or_else(|| RpcError::param("tool", "unknown tool"))
+    bias.ok_or_else(|| RpcError::param("tool", message!("unknown tool")))
 }

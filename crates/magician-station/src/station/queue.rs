@@ -5,6 +5,7 @@
 //! stop, after a restart of the station, or because it burns. Nothing in the queue starts by itself
 //! after a stop.
 
+use magician::message;
 use magician_program::Format;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
@@ -60,13 +61,16 @@ impl Station {
         on_lost: LeaseLossPolicy,
     ) -> Result<JobId, RpcError> {
         if self.control.jobs(arm).count() >= MAX_WAITING_JOBS {
-            let why = format!("{MAX_WAITING_JOBS} jobs wait for the arm already");
+            let why = message!(
+                "{count} jobs wait for the arm already",
+                count = MAX_WAITING_JOBS
+            );
             return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_WAITING_JOBS));
         }
         let bound = self.control.is_bound(call.session);
         let person = self.control.person(call.session);
         if bound && person.is_none() {
-            let why = "jobs that wait are of persons: sign in with name and code first";
+            let why = message!("jobs that wait are of persons: sign in with name and code first");
             return Err(RpcError::new(RpcError::FORBIDDEN, why));
         }
         if let Some(why) = person.and_then(|person| self.barred(arm, person)) {
@@ -276,7 +280,7 @@ impl Station {
             }
             // The confirming person must be there when the laser starts, not some time later.
             if !self.control.may_begin(call.now, &claim) {
-                let why = "the arm is not free for it: say yes when it can begin";
+                let why = message!("the arm is not free for it: say yes when it can begin");
                 return Err(RpcError::new(RpcError::BUSY, why).with("job", self.job_id(job)));
             }
             let (claim, mut queued) = self.take_from_queue(job).ok_or_else(unknown)?;

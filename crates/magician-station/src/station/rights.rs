@@ -5,7 +5,7 @@
 
 #[cfg(feature = "class")]
 use magician::message;
-use magician::{Set, burns};
+use magician::{Message, Set, burns};
 
 use super::dispatch::{Call, forbidden};
 use super::{Grant, Station};
@@ -18,9 +18,9 @@ use crate::control::{JobClaim, QueuedChange};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Risk<'a> {
     /// Name in a refusal because of the role.
-    needs_role: &'a str,
+    needs_role: &'static str,
     /// Name in a refusal because of a missing `yes`.
-    needs_yes: &'a str,
+    needs_yes: &'static str,
     /// Command or method.
     command: &'a str,
 }
@@ -119,22 +119,30 @@ impl Station {
             return Ok(());
         }
         let owned = match claim.person {
-            Some(person) => format!("its owner {}", self.person_name(person)),
-            None => "its owner, a teacher".to_owned(),
+            Some(person) => message!("its owner {name}", name = self.person_name(person)),
+            None => message!("its owner, a teacher"),
         };
         let name = &self.arm(claim.arm).entry.name;
         let (may, who) = match change {
             QueuedChange::Resume => (
                 &["owner", "teacher"][..],
-                format!("{owned}, or a teacher, lets it go on"),
+                message!("{owned}, or a teacher, lets it go on", owned),
             ),
             QueuedChange::Stop => (
                 &["owner", "holder", "teacher"][..],
-                format!("{owned}, the holder of the lease of {name}, or a teacher, takes it out"),
+                message!(
+                    "{owned}, the holder of the lease of {name}, or a teacher, takes it out",
+                    owned,
+                    name
+                ),
             ),
             QueuedChange::Reorder => (
                 &["owner", "holder", "teacher"][..],
-                format!("{owned}, the holder of the lease of {name}, or a teacher, moves it"),
+                message!(
+                    "{owned}, the holder of the lease of {name}, or a teacher, moves it",
+                    owned,
+                    name
+                ),
             ),
         };
         let why = message!("the job waits in the queue of {name}: {who}", name, who);
@@ -173,7 +181,7 @@ fn confirmed(
 ) -> Result<(), RpcError> {
     // The role first: `yes` from a student must not look like the missing part.
     if grant.role < needs {
-        return Err(forbidden(grant, needs, risk.needs_role));
+        return Err(forbidden(grant, needs, Message::word(risk.needs_role)));
     }
     if !yes {
         return Err(RpcError::dangerous(risk.needs_yes, risk.command, danger));

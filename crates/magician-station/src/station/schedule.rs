@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use magician::{Message, message};
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -95,7 +96,7 @@ impl Station {
     }
 
     /// Returns the reason why a person is barred from an arm. `None` if the person is not.
-    pub(super) fn barred(&self, arm: ArmId, person: PersonId) -> Option<String> {
+    pub(super) fn barred(&self, arm: ArmId, person: PersonId) -> Option<Message> {
         if !self.control.is_barred(arm, person) {
             return None;
         }
@@ -104,8 +105,11 @@ impl Station {
         let file = self.class.file.as_ref();
         let arms = file.and_then(|file| file.groups.get(group));
         let arms = arms.map_or_else(String::new, |arms| arms.join(", "));
-        Some(format!(
-            "{name} is no arm of your group {group}, which has {arms}: ask for one of these, or the teacher"
+        Some(message!(
+            "{name} is no arm of your group {group}, which has {arms}: ask for one of these, or the teacher",
+            name,
+            group,
+            arms
         ))
     }
 
@@ -166,20 +170,26 @@ impl Station {
         let schedule = self.class.schedule.clone().unwrap_or_default();
         json!({
             "text": schedule.text(), "slots": schedule.shown(), "now": self.unix(now),
-            "error": self.schedule_error_sentence(),
+            "error": self.schedule_error_sentence().map(String::from),
         })
     }
 
     /// Returns the reason why only teachers may have arms, and what to do. `None` if the schedule
     /// could be read.
-    pub(super) fn schedule_error_sentence(&self) -> Option<String> {
+    pub(super) fn schedule_error_sentence(&self) -> Option<Message> {
         let ClassError(error) = self.class.schedule_error.as_ref()?;
         // Errors of the TOML reader have several lines, with an excerpt of the file.
-        let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
-        let error = magician_protocol::visible(&error);
-        Some(format!(
+        let line = error.split_whitespace().collect::<Vec<_>>().join(" ");
+        let line = magician_protocol::visible(&line).to_string();
+        let error = if *error == line {
+            error.clone()
+        } else {
+            line.into()
+        };
+        Some(message!(
             "the schedule cannot be read, so that arms are for teachers alone: a teacher sets another one \
-             (schedule.set; an empty one opens all arms). {error}"
+             (schedule.set; an empty one opens all arms). {error}",
+            error
         ))
     }
 }

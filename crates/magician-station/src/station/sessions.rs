@@ -109,7 +109,12 @@ impl Station {
         #[cfg(not(feature = "class"))]
         let pupil: Option<String> = match params.get("pupil") {
             None => None,
-            Some(_) => return Err(RpcError::param("pupil", "this station has no classes")),
+            Some(_) => {
+                return Err(RpcError::param(
+                    "pupil",
+                    message!("this station has no classes"),
+                ));
+            }
         };
         #[cfg(feature = "class")]
         let by_pin = self.teacher_signs_in(now, params, &peer).inspect_err(|_| {
@@ -119,7 +124,10 @@ impl Station {
         })?;
         #[cfg(not(feature = "class"))]
         if params.get("pin").is_some() {
-            return Err(RpcError::param("pin", "this station has no classes"));
+            return Err(RpcError::param(
+                "pin",
+                message!("this station has no classes"),
+            ));
         }
         let name = pupil.clone().unwrap_or(name);
         let of_role = |role| Some(Grant { role, token: None });
@@ -133,8 +141,8 @@ impl Station {
         let Some(mut grant) = grant else {
             self.end_socket(socket, CloseCode::BAD_TOKEN);
             let why = match params.text("token") {
-                Some(_) => "the token is not good",
-                None => "a token is needed from this address",
+                Some(_) => message!("the token is not good"),
+                None => message!("a token is needed from this address"),
             };
             return Err(RpcError::new(RpcError::FORBIDDEN, why));
         };
@@ -150,10 +158,10 @@ impl Station {
         // Viewers have a limit below that of all sessions.
         let is_beyond = grant.role == Role::Viewer && self.viewers(back) >= MAX_VIEWERS;
         let full = if is_beyond {
-            Some(("the station has all its viewers", MAX_VIEWERS))
+            Some((message!("the station has all its viewers"), MAX_VIEWERS))
         } else {
             let full = self.claim_place(now, socket, grant.role).err();
-            full.map(|NoPlace| ("the station has all its sessions", MAX_SOCKETS))
+            full.map(|NoPlace| (message!("the station has all its sessions"), MAX_SOCKETS))
         };
         if let Some((why, limit)) = full {
             self.end_socket(socket, CloseCode::FULL);

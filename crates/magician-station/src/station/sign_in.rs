@@ -1,6 +1,7 @@
 //! Signing in to a class: codes of pupils, the PIN of the teacher, and the persons of sessions.
 
 use magician::admission::Origin;
+use magician::{Message, message};
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
@@ -34,10 +35,14 @@ impl Station {
         };
         let text = |name: &str| given.get(name).and_then(Value::as_str);
         let (Some(name), Some(code), 2) = (text("name"), text("code"), given.len()) else {
-            return Err(RpcError::param("pupil", "`pupil` is {name, code}"));
+            return Err(RpcError::param(
+                "pupil",
+                message!("`pupil` is {shape}", shape = "{name, code}"),
+            ));
         };
         let Some(file) = &self.class.file else {
-            let why = "this station has no class: sign in without `pupil`, or ask the teacher";
+            let why =
+                message!("this station has no class: sign in without `pupil`, or ask the teacher");
             return Err(RpcError::new(RpcError::FORBIDDEN, why));
         };
         // The key of the rate limit: case must not give a name further tries, nor its length
@@ -53,15 +58,15 @@ impl Station {
             Ok(CodeTry::Right) => Ok(found),
             Ok(CodeTry::Wrong) => {
                 // The same sentence for both, which does not reveal whether the name exists.
-                let why = "name or code is not good: both are on the slip of paper";
+                let why = message!("name or code is not good: both are on the slip of paper");
                 Err(RpcError::new(RpcError::FORBIDDEN, why))
             }
             Err(met) => {
                 let of = match met.bound {
-                    CodeLimit::Name => "codes of this name",
-                    CodeLimit::Address => "codes from this address",
+                    CodeLimit::Name => message!("codes of this name"),
+                    CodeLimit::Address => message!("codes from this address"),
                 };
-                Err(too_many_codes(of, &met))
+                Err(too_many_codes(&of, &met))
             }
         }
     }
@@ -81,7 +86,7 @@ impl Station {
             return Ok(false);
         };
         if params.get("pupil").is_some() || params.get("token").is_some() {
-            let why = "`pin` is the teacher's: without `pupil` and `token`";
+            let why = message!("`pin` is the teacher's: without `pupil` and `token`");
             return Err(RpcError::param("pin", why));
         }
         self.try_pin(now, pin, peer).map(|()| true)
@@ -93,24 +98,24 @@ impl Station {
     /// # Errors
     /// -32001 for a wrong PIN, without a class, and from elsewhere; -32006 after too many wrong ones.
     pub fn try_pin(&mut self, now: HostInstant, pin: &str, peer: &Peer) -> Result<(), RpcError> {
-        let forbidden = |why| Err(RpcError::new(RpcError::FORBIDDEN, why));
+        let forbidden = |why: Message| Err(RpcError::new(RpcError::FORBIDDEN, why));
         let Some(good) = self.pin().map(str::to_owned) else {
-            return forbidden("this station has no class: a PIN is of a class");
+            return forbidden(message!("this station has no class: a PIN is of a class"));
         };
         if peer.origin != Origin::Loopback {
-            return forbidden(
-                "the PIN is for the computer that has the arms: another one needs a token",
-            );
+            return forbidden(message!(
+                "the PIN is for the computer that has the arms: another one needs a token"
+            ));
         }
         let wrong = &mut self.class.wrong;
         match wrong.attempt(now, TEACHER_KEY, true, &peer.place(), || {
             same_secret(&good, pin)
         }) {
             Ok(CodeTry::Right) => Ok(()),
-            Ok(CodeTry::Wrong) => forbidden(
-                "the PIN is not good: the teacher sees it where the station was started, and by `class.get`",
-            ),
-            Err(met) => Err(too_many_codes("PINs", &met)),
+            Ok(CodeTry::Wrong) => forbidden(message!(
+                "the PIN is not good: the teacher sees it where the station was started, and by `class.get`"
+            )),
+            Err(met) => Err(too_many_codes(&message!("PINs"), &met)),
         }
     }
 
@@ -247,9 +252,9 @@ impl Station {
     }
 }
 
-fn too_many_codes(of: &str, met: &TooManyCodes) -> RpcError {
+fn too_many_codes(of: &Message, met: &TooManyCodes) -> RpcError {
     let wait = met.wait.as_secs_f64().ceil();
-    let why = format!("too many wrong {of}: wait {wait} s");
+    let why = message!("too many wrong {of}: wait {wait} s", of, wait);
     let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", met.limit);
     error.with("wait_s", wait)
 }

@@ -3,6 +3,7 @@
 //! A page shows a program as rows; a row may hold several steps of a plan file (motion, gripper,
 //! suction, wait). The conversion in both directions goes through the model of `magician-job`.
 
+use magician::{Message, message};
 use magician_job::teach::{ProgramModel, TeachStep};
 use magician_program::{Action, Diagnostic, Plan};
 use serde_json::{Map, Value, json};
@@ -109,11 +110,11 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
         }
         rows.push(row);
     }
-    let of_file = |name: &str| file.get(name).cloned().unwrap_or_default();
+    let member = |name: &str| file.get(name).cloned().unwrap_or_default();
     Ok(json!({
         "title": program.title,
-        "tool": of_file("tool"),
-        "surface": of_file("surface"),
+        "tool": member("tool"),
+        "surface": member("surface"),
         "rows": rows,
     }))
 }
@@ -157,8 +158,11 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
                     Value::Object(Map::from_iter([(name.to_owned(), value.clone())]))
                 }
                 _ => {
-                    let name = magician_protocol::visible(name);
-                    return Err(in_row(nth, &format!("unknown member or value of `{name}`")));
+                    let name = magician_protocol::visible(name).to_string();
+                    return Err(in_row(
+                        nth,
+                        &message!("unknown member or value of `{name}`", name),
+                    ));
                 }
             };
             lines.push(step.to_string());
@@ -213,12 +217,12 @@ fn row_error(of_rows: &[usize], problem: &Diagnostic) -> RpcError {
     }
 }
 
-fn in_row(nth: usize, why: &str) -> RpcError {
-    let error = param_error("rows", &format!("row {}: {why}", nth + 1));
+fn in_row(nth: usize, why: &Message) -> RpcError {
+    let error = param_error("rows", &message!("row {row}: {why}", row = nth + 1, why));
     error.with("row", json!(nth + 1))
 }
 
-fn param_error(param: &str, why: &str) -> RpcError {
-    let why = magician_protocol::visible(why);
-    RpcError::param(param, format!("`{param}`: {why}"))
+fn param_error(param: &str, why: &Message) -> RpcError {
+    let text = format!("`{param}`: {}", magician_protocol::visible(why));
+    RpcError::param(param, text).with_sentence(&message!("`{param}`: {why}", param, why))
 }

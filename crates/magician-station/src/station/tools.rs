@@ -7,7 +7,7 @@ use magician::commands::{
     ArcParams, CpParams, JogCommonParams, JogCoordinateParams, JogJointParams, JogLParams,
     PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpLParams,
 };
-use magician::{ErrorKind, ToolBias};
+use magician::{ErrorKind, ToolBias, message};
 use magician_protocol::Writable;
 use serde_json::{Map, Value};
 
@@ -39,7 +39,7 @@ pub(super) fn tool(call: &Call<'_>) -> Result<ArmAct, RpcError> {
         .collect();
     // With two, the first could succeed and the second fail; an answer cannot say that.
     if given.len() != 1 {
-        let why = "one of `tool`, `suction`, `gripper`, `laser` has to be given";
+        let why = message!("one of `tool`, `suction`, `gripper`, `laser` has to be given");
         return Err(RpcError::param("tool", why));
     }
     if let Some(on) = params.switch("suction") {
@@ -61,12 +61,15 @@ pub(super) fn tool(call: &Call<'_>) -> Result<ArmAct, RpcError> {
         _ => None,
     };
     bias.map(ArmAct::Tip)
-        .ok_or_else(|| RpcError::param("tool", "unknown tool"))
+        .ok_or_else(|| RpcError::param("tool", message!("unknown tool")))
 }
 
 fn laser_of(laser: &Map<String, Value>) -> Result<ArmAct, RpcError> {
     let wrong = || {
-        let why = "`laser` is {on, power?}: true or false, and 0 to 100 percent";
+        let why = message!(
+            "`laser` is {shape}: true or false, and 0 to 100 percent",
+            shape = "{on, power?}"
+        );
         RpcError::param("laser", why)
     };
     if laser.keys().any(|name| name != "on" && name != "power") {
@@ -84,7 +87,9 @@ fn laser_of(laser: &Map<String, Value>) -> Result<ArmAct, RpcError> {
     };
     // The command that switches the laser knows on and off. Only a path carries a power.
     if on && power.is_some_and(|power| power < 100.0) {
-        let why = "a standing laser burns at full power or not at all: power below 100 is for paths (cple_cmd)";
+        let why = message!(
+            "a standing laser burns at full power or not at all: power below 100 is for paths (cple_cmd)"
+        );
         return Err(RpcError::arm(ErrorKind::Unsupported, why));
     }
     Ok(ArmAct::Tool(build::laser(on)))
@@ -101,14 +106,14 @@ pub(super) fn speed(call: &Call<'_>) -> Result<ArmAct, RpcError> {
         (None, Some(name)) => {
             let set = named_command(call, "row", false)?;
             if !SPEEDS.contains(&set.row().id) {
-                let name = magician_protocol::visible(name);
-                let why = format!("{name} holds no speed: use `arm.set`");
+                let name = magician_protocol::visible(name).to_string();
+                let why = message!("{name} holds no speed: use `arm.set`", name);
                 return Err(RpcError::param("row", why));
             }
             Ok(ArmAct::Set(set))
         }
         _ => {
-            let why = "either `percent`, or `row` and its `fields`";
+            let why = message!("either `percent`, or `row` and its `fields`");
             Err(RpcError::param("percent", why))
         }
     }

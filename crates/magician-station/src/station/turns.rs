@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use magician::{Message, message};
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -34,7 +35,8 @@ impl Station {
                 // Sessions not bound by turns, such as a teacher's, do not queue and get the list.
                 if self.control.is_bound(call.session) {
                     let Some(person) = self.control.person(call.session) else {
-                        let why = "turns are of persons: sign in with name and code first";
+                        let why =
+                            message!("turns are of persons: sign in with name and code first");
                         return Err(RpcError::new(RpcError::FORBIDDEN, why));
                     };
                     let joined = self.control.join_turn(now, person, arms.clone());
@@ -68,7 +70,8 @@ impl Station {
                 // With several arms, those without a successor are left out silently.
                 if let (Some(arm), true) = (call.arm, arms.is_empty()) {
                     let name = &self.arm(arm).entry.name;
-                    let why = format!("nobody who is there waits to follow a turn at {name}");
+                    let why =
+                        message!("nobody who is there waits to follow a turn at {name}", name);
                     return Err(RpcError::param("arm", why));
                 }
                 Ok(json!({"arms": self.names_of(&arms)}))
@@ -89,7 +92,7 @@ impl Station {
             return Err(forbidden(
                 &call.grant,
                 Role::Teacher,
-                "the place of somebody else",
+                message!("the place of somebody else"),
             ));
         }
         let persons = (0..).map(PersonId).zip(&self.class.persons);
@@ -97,10 +100,10 @@ impl Station {
             .map(|(id, _)| id)
             .collect();
         if named.is_empty() {
-            let name = magician_protocol::visible(name);
+            let name = magician_protocol::visible(name).to_string();
             return Err(RpcError::param(
                 "person",
-                format!("nobody is called {name}"),
+                message!("nobody is called {name}", name),
             ));
         }
         Ok(named)
@@ -134,16 +137,33 @@ impl Station {
         };
         let name = &self.arm(arm).entry.name;
         let until = slot.as_ref().and_then(|slot| slot.until);
-        let who = slot.map_or_else(|| "others".to_owned(), |slot| slot.who.join(", "));
-        let until_when = until.map_or_else(String::new, |until| {
-            format!(" until {}", self.local_time(until))
-        });
-        let several = if arms.len() > 1 {
-            ", and none of the others is for you"
-        } else {
-            ""
+        let who = slot.map_or_else(
+            || message!("others"),
+            |slot| Message::from(slot.who.join(", ")),
+        );
+        let until_when = until.map(|until| self.local_time(until));
+        let why = match (until_when, arms.len() > 1) {
+            (None, false) => {
+                message!("{name} is for {who}: ask the teacher for a slot", name, who)
+            }
+            (None, true) => message!(
+                "{name} is for {who}, and none of the others is for you: ask the teacher for a slot",
+                name,
+                who
+            ),
+            (Some(until), false) => message!(
+                "{name} is for {who} until {until}: ask the teacher for a slot",
+                name,
+                who,
+                until
+            ),
+            (Some(until), true) => message!(
+                "{name} is for {who} until {until}, and none of the others is for you: ask the teacher for a slot",
+                name,
+                who,
+                until
+            ),
         };
-        let why = format!("{name} is for {who}{until_when}{several}: ask the teacher for a slot");
         { RpcError::new(RpcError::FORBIDDEN, why).with("arm", name.clone()) }
             .with("until", json!(until))
     }
@@ -268,9 +288,9 @@ impl Station {
         let own = file.and_then(|file| file.named(pupil?)?.group.as_deref());
         let arms = asked.or(own).and_then(|group| file?.groups.get(group));
         if let (Some(group), None) = (asked, arms) {
-            let group = magician_protocol::visible(group);
-            let why = format!(
-                "no arms belong to the group {group}: [groups] of the class file says which"
+            let why = message!(
+                "no arms belong to the group {group}: [groups] of the class file says which",
+                group = magician_protocol::visible(group).to_string()
             );
             return Err(RpcError::param("group", why));
         }
@@ -282,7 +302,10 @@ impl Station {
         let known: BTreeSet<_> = known.collect();
         if known.is_empty() {
             let group = magician_protocol::visible(asked.or(own).unwrap_or_default());
-            let why = format!("the group {group} has no arm at this station");
+            let why = message!(
+                "the group {group} has no arm at this station",
+                group = group.to_string()
+            );
             return Err(RpcError::param("group", why));
         }
         Ok(known)
@@ -295,7 +318,7 @@ impl Station {
         now: HostInstant,
         session: SessionId,
         arm: ArmId,
-    ) -> Option<String> {
+    ) -> Option<Message> {
         if self.control.may_hold(now, session, arm) {
             return None;
         }
@@ -309,12 +332,13 @@ impl Station {
         let name = &self.arm(arm).entry.name;
         Some(match self.control.turn_rules() {
             Some(_) if self.control.person(session).is_none() => {
-                "turns are of persons: sign in with name and code first".to_owned()
+                message!("turns are of persons: sign in with name and code first")
             }
-            Some(_) => format!(
-                "it is not your turn at {name}: join the queue, and wait for the turn or for your slot"
+            Some(_) => message!(
+                "it is not your turn at {name}: join the queue, and wait for the turn or for your slot",
+                name
             ),
-            None => format!("the schedule gives {name} to others now"),
+            None => message!("the schedule gives {name} to others now", name),
         })
     }
 }

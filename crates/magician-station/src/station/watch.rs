@@ -7,7 +7,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use magician::Pin;
+use magician::{Pin, message};
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -42,7 +42,10 @@ impl Station {
             return Err(RpcError::internal("the socket is gone"));
         };
         if open.subscriptions.len() >= MAX_SUBSCRIPTIONS {
-            let why = format!("a socket has at most {MAX_SUBSCRIPTIONS} subscriptions");
+            let why = message!(
+                "a socket has at most {most} subscriptions",
+                most = MAX_SUBSCRIPTIONS
+            );
             let error = RpcError::new(RpcError::TOO_MANY, why);
             return Err(error.with("limit", MAX_SUBSCRIPTIONS));
         }
@@ -90,7 +93,7 @@ impl Station {
         open.subscriptions
             .retain(|subscription| subscription.id != id);
         if open.subscriptions.len() == before {
-            let why = format!("there is no subscription {id}");
+            let why = message!("there is no subscription {id}", id);
             return Err(RpcError::param("subscription", why));
         }
         self.update_read_rates();
@@ -267,7 +270,7 @@ impl Station {
 /// Parses the pins of a subscription.
 fn pins(given: Option<&Value>) -> Result<Vec<Pin>, RpcError> {
     let wrong = || {
-        let why = "a pin is `kind` (input, output, analog) and `address` (1 to 20)";
+        let why = message!("a pin is `kind` (input, output, analog) and `address` (1 to 20)");
         RpcError::param("pins", why)
     };
     let items = given.and_then(Value::as_array).cloned().unwrap_or_default();

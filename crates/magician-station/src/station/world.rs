@@ -71,12 +71,12 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<Option<WorldAct>, RpcError> {
         "world.guide" => {
             let joints = params.numbers("joints").unwrap_or_default();
             let joints = <[f64; 4]>::try_from(joints);
-            let wrong = |_| RpcError::param("joints", "`joints` must be 4 numbers");
+            let wrong = |_| RpcError::param("joints", message!("`joints` must be 4 numbers"));
             WorldAct::Guide(joints.map_err(wrong)?)
         }
         "world.place" => {
             let at = <[f64; 3]>::try_from(params.numbers("at").unwrap_or_default());
-            let wrong = |_| RpcError::param("at", "`at` must be 3 numbers");
+            let wrong = |_| RpcError::param("at", message!("`at` must be 3 numbers"));
             WorldAct::Place {
                 name: params.text("name").unwrap_or_default().to_owned(),
                 at: at.map_err(wrong)?,
@@ -87,7 +87,10 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<Option<WorldAct>, RpcError> {
             let level = params.switch("level").map(u16::from);
             let value = params.integer("value").map(|value| value as u16);
             let ((Some(value), None) | (None, Some(value))) = (level, value) else {
-                return Err(RpcError::param("level", "give `level` or `value`"));
+                return Err(RpcError::param(
+                    "level",
+                    message!("give `level` or `value`"),
+                ));
             };
             WorldAct::Input {
                 address: params.integer("address").unwrap_or_default() as u8,

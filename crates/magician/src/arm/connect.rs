@@ -20,7 +20,7 @@ use super::events::KEPT;
 use super::{Arm, Inner, Link, Options, Shared};
 use crate::connection::{Settings, Stats};
 use crate::transport::{self, Line, Stream};
-use crate::{Error, ErrorCode, ErrorKind, IntoTarget, Result, Target};
+use crate::{Error, ErrorCode, ErrorKind, IntoTarget, Result, Target, message};
 
 /// Connecting and disconnecting.
 impl Arm {
@@ -32,7 +32,7 @@ impl Arm {
     pub async fn connect_with(target: impl IntoTarget, options: Options) -> Result<Self> {
         let target = target.into_target()?;
         // A line to an arm in this process breaks only by an injected fault.
-        let breaks = !matches!(target, Target::Sim(_)) || options.unplugs();
+        let breaks = !matches!(target, Target::Sim(_)) || options.may_unplug();
         Self::go(transport::Route::to(&target), breaks, options).await
     }
 
@@ -96,7 +96,10 @@ impl Arm {
             let (opening, options) = (opener(), fitted.clone());
             Box::pin(async move {
                 let stream = opening.await.map_err(|error| {
-                    let message = format!("the stream cannot be opened: {error}");
+                    let message = message!(
+                        "the stream cannot be opened: {cause}",
+                        cause = error.to_string()
+                    );
                     Error::port(message, error)
                 })?;
                 Ok(Line::over(stream).traced(&options))
@@ -116,7 +119,7 @@ impl Arm {
     pub async fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
         let arm = arm.into();
         let model = arm.with(|controller| *controller.arm_model());
-        let breaks = options.unplugs() || arm.lock().breaks();
+        let breaks = options.may_unplug() || arm.lock().breaks();
         Self::go(
             transport::Route::to_virtual(arm),
             breaks,
@@ -154,10 +157,11 @@ impl Arm {
         // In a window a lost command can only be found by the order of the replies, and UDP keeps
         // no order.
         if options.window > 1 && !line.settings.ordered {
-            let message = format!(
-                "a window of {} needs a line that keeps frames in order, and {} does not: leave \
-                    it at 1",
-                options.window, line.name
+            let message = message!(
+                "a window of {window} needs a line that keeps frames in order, and {name} does \
+                    not: leave it at 1",
+                window = options.window,
+                name = line.name
             );
             return Err(Error::invalid(message));
         }
@@ -265,7 +269,9 @@ impl Arm {
         let asked = async {
             let sent = self.inner.messages.send(Message::Stats(reply)).await;
             sent.map_err(|_| Error::closed())?;
-            self.heard(&mut answer).await.ok_or_else(Error::closed)
+            self.answer_or_end(&mut answer)
+                .await
+                .ok_or_else(Error::closed)
         };
         let answer = timeout_at(self.deadline(), asked).await;
         answer.unwrap_or_else(|_| Err(Error::stuck()))
@@ -274,7 +280,7 @@ impl Arm {
 
 /// Reads the firmware version to check that an arm answers, then the queue once, to learn its index
 /// and free places.
-async fn probe(arm: &Arm, tried: &str) -> Result<()> {
+async fn probe(arm: &Arm, tried: &'static str) -> Result<()> {
     match arm.get::<DeviceVersion>().await {
         Ok(_) => {}
         Err(error) if error.kind() == ErrorKind::Timeout => {
@@ -290,27 +296,33 @@ async fn probe(arm: &Arm, tried: &str) -> Result<()> {
 }
 
 /// Builds the error for an open port without an answer: the attempts made and the bytes seen.
-async fn silent(arm: &Arm, tried: &str) -> Error {
+async fn silent(arm: &Arm, tried: &'static str) -> Error {
     let (stats, _) = arm.stats().await.unwrap_or_default();
     let heard = match (stats.bytes, stats.frames) {
-        (0, _) => "no reply; is the arm switched on?".to_owned(),
-        (bytes, 0) => format!(
-            "{bytes} bytes came back that are not from this arm; is another device on the port?"
+        (0, _) => message!("no reply; is the arm switched on?"),
+        (bytes, 0) => message!(
+            "{bytes} bytes came back that are not from this arm; is another device on the port?",
+            bytes
         ),
-        (bytes, frames) => {
-            format!("{bytes} bytes came back in {frames} frames, none of them the reply")
-        }
+        (bytes, frames) => message!(
+            "{bytes} bytes came back in {frames} frames, none of them the reply",
+            bytes,
+            frames
+        ),
     };
     let name = arm.name();
     // UDP has no connection: a missing receiver looks like a missing reply.
     let silent = match tried {
-        "UDP" => format!("no arm answers at {name}"),
-        _ => format!("{name} is there but no arm answers"),
+        "UDP" => message!("no arm answers at {name}", name),
+        _ => message!("{name} is there but no arm answers", name),
     };
-    let message = format!(
-        "{silent}: {tried}, {} requests for GetDeviceVersion in {:.1} s, {heard}",
-        stats.sent,
-        arm.timeout().as_secs_f64(),
+    let message = message!(
+        "{silent}: {line}, {count} requests for GetDeviceVersion in {seconds:.1} s, {heard}",
+        silent,
+        line = magician_host::Message::word(tried),
+        count = stats.sent,
+        seconds = arm.timeout().as_secs_f64(),
+        heard
     );
     Error::new(ErrorCode::NoAnswer, message)
 }

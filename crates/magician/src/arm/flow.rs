@@ -3,7 +3,7 @@
 use magician_protocol::{Ctrl, FrameBuf, Set};
 
 use crate::connection::Request;
-use crate::{Error, Result};
+use crate::{Error, Result, message};
 
 /// Cached room in the queue. The holder of its lock may fill the queue.
 #[derive(Debug, Default)]
@@ -16,7 +16,7 @@ pub(super) struct Flow {
 pub(super) fn queued(command: &Set) -> Result<Request> {
     let row = command.row();
     if !row.queueable {
-        let error = Error::invalid("it cannot be queued; set it directly");
+        let error = Error::invalid(message!("it cannot be queued; set it directly"));
         return Err(error.with_command(row.set_name));
     }
     Ok(Request::of(FrameBuf::set(command, Ctrl::QUEUED)?))

@@ -17,7 +17,7 @@ use tokio::time::{Instant, sleep};
 
 use super::driver::Message;
 use super::gate::motors_off;
-use super::shared::held;
+use super::shared::lock;
 use super::{Arm, Shared};
 use crate::connection::{Priority, Request};
 use crate::message;
@@ -54,12 +54,12 @@ impl Waiter {
 impl Shared {
     /// True if a stop was requested since the last [`take_halt`](Self::take_halt).
     pub(super) fn is_halt_asked(&self) -> bool {
-        held(&self.halts).asked
+        lock(&self.halts).asked
     }
 
     /// Takes the waiters of a stop requested since the last call; `None` if there was no request.
     pub(super) fn take_halt(&self) -> Option<Vec<Waiter>> {
-        let mut halts = held(&self.halts);
+        let mut halts = lock(&self.halts);
         let waiters = std::mem::take(&mut halts.waiters);
         std::mem::take(&mut halts.asked).then_some(waiters)
     }
@@ -131,7 +131,7 @@ impl Stopper {
         self.shared.picture().stop_asked();
         self.shared.stop();
         {
-            let mut halts = held(&self.shared.halts);
+            let mut halts = lock(&self.shared.halts);
             halts.asked = true;
             halts.waiters.extend(waiter);
         }

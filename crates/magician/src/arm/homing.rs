@@ -16,7 +16,7 @@ use magician_protocol::{Alarm, Frame, Writable};
 use tokio::time::Instant;
 
 use super::Arm;
-use super::shared::held;
+use super::shared::lock;
 use crate::message;
 use crate::{Action, Error, ErrorCode, Result, Setting, SettingValue};
 
@@ -131,10 +131,10 @@ impl ClockReading {
 }
 
 /// The alarms were read for a program without motion.
-pub(super) const ASKED: u8 = 1;
+pub(super) const READ_WITHOUT_MOTION: u8 = 1;
 /// The alarms were read for a program with motion, and a warning was given if due; or the arm is
 /// homing.
-pub(super) const WARNED: u8 = 2;
+pub(super) const READ_FOR_MOTION: u8 = 2;
 
 /// True if this request homes the arm.
 pub(super) fn homes(request: &Frame<'_>) -> bool {
@@ -203,7 +203,7 @@ impl Homing<'_> {
         }
         // An arm that answers neither also fails the homing, whose error says more.
         let _ = self.arm.alarms().await;
-        let _ = self.meet().await;
+        let _ = self.read_identity().await;
     }
 
     /// Records a homing that completed during the program that has just ended.
@@ -224,7 +224,7 @@ impl Homing<'_> {
         let Some(record) = &self.arm.inner.options.homings else {
             return;
         };
-        match self.meet().await {
+        match self.read_identity().await {
             Ok((identity, uptime, rate)) => record.keep(&identity, uptime, rate),
             Err(error) => tracing::info!(
                 %error,
@@ -265,7 +265,7 @@ impl Homing<'_> {
         let Some(record) = &self.arm.inner.options.homings else {
             return;
         };
-        let Ok((identity, uptime, _)) = self.meet().await else {
+        let Ok((identity, uptime, _)) = self.read_identity().await else {
             return;
         };
         let is_homed = self.arm.picture().homing().is_homed();
@@ -275,7 +275,7 @@ impl Homing<'_> {
     }
 
     /// Reads identity, uptime and clock rate of the arm.
-    async fn meet(self) -> Result<(ArmIdentity, Duration, ClockRate)> {
+    async fn read_identity(self) -> Result<(ArmIdentity, Duration, ClockRate)> {
         let serial = self.arm.get::<DeviceSn>().await?.device_sn.to_string();
         let identity = ArmIdentity::new(serial.trim(), self.arm.name());
         let asked = Instant::now();
@@ -285,9 +285,9 @@ impl Homing<'_> {
             heard: Instant::now(),
             uptime: Duration::from_millis(ms.into()),
         };
-        let mut remembered = self.arm.inner.shared.remembered();
-        remembered.identity = Some(identity.clone());
-        let first = *remembered.first.get_or_insert(reading);
+        let mut cache = self.arm.inner.shared.identity_cache();
+        cache.identity = Some(identity.clone());
+        let first = *cache.first.get_or_insert(reading);
         Ok((identity, reading.uptime, first.rate_until(&reading)))
     }
 
@@ -297,7 +297,11 @@ impl Homing<'_> {
     /// the alarms are read all the same, so that it receives the same frames as a real one. A
     /// program without motion (only a belt, say) reads the alarms as well, and warns of nothing.
     pub(super) async fn warn_if_not_homed(self, moves: bool) -> Result<()> {
-        let asks = if moves { WARNED } else { ASKED };
+        let asks = if moves {
+            READ_FOR_MOTION
+        } else {
+            READ_WITHOUT_MOTION
+        };
         // Clones may ask at the same time; only the first of them reads.
         if self.arm.inner.reset_asked.fetch_max(asks, Ordering::SeqCst) >= asks {
             return Ok(());
@@ -339,24 +343,24 @@ impl Arm {
 #[derive(Debug, Default)]
 pub(super) struct Homings {
     pub(super) record: Option<Arc<dyn HomingRecord>>,
-    remembered: Mutex<IdentityCache>,
+    identity_cache: Mutex<IdentityCache>,
 }
 
 impl Homings {
     pub(super) fn new(record: Option<Arc<dyn HomingRecord>>) -> Self {
         Self {
             record,
-            remembered: Mutex::default(),
+            identity_cache: Mutex::default(),
         }
     }
 
-    pub(super) fn remembered(&self) -> MutexGuard<'_, IdentityCache> {
-        held(&self.remembered)
+    pub(super) fn identity_cache(&self) -> MutexGuard<'_, IdentityCache> {
+        lock(&self.identity_cache)
     }
 
     /// Invalidates the record when a homing command is sent.
     pub(super) fn begins(&self) {
-        if let (Some(record), Some(identity)) = (&self.record, self.remembered().identity()) {
+        if let (Some(record), Some(identity)) = (&self.record, self.identity_cache().identity()) {
             record.forget(identity);
         }
     }

@@ -225,28 +225,31 @@ impl Jog {
         let (code, message) = match why {
             JogEnd::NotKept => (
                 ErrorCode::NotKept,
-                format!("the jog was ended: it was not renewed for {keep:?}"),
+                message!(
+                    "the jog was ended: it was not renewed for {keep}",
+                    keep = format!("{keep:?}")
+                ),
             ),
             JogEnd::LinkLost => (
                 ErrorCode::LineLost,
-                "the line broke during a jog: a stop is sent as soon as it is back".to_owned(),
+                message!("the line broke during a jog: a stop is sent as soon as it is back"),
             ),
             JogEnd::Fence => (
                 ErrorCode::Fenced,
-                "the jog was ended before it reached the arm's fence".to_owned(),
+                message!("the jog was ended before it reached the arm's fence"),
             ),
             JogEnd::Limit => (
                 ErrorCode::OutOfReach,
-                "the jog came to the end of its way".to_owned(),
+                message!("the jog came to the end of its way"),
             ),
             JogEnd::Doubt => (
                 ErrorCode::NoAnswer,
-                "the jog was ended: the arm did not answer".to_owned(),
+                message!("the jog was ended: the arm did not answer"),
             ),
-            JogEnd::Replaced => (ErrorCode::RunOver, "another jog replaced it".to_owned()),
-            JogEnd::Stopped => (ErrorCode::Stopped, "a stop ended the jog".to_owned()),
-            JogEnd::Released => (ErrorCode::RunOver, "the jog was ended".to_owned()),
-            JogEnd::Failed => (ErrorCode::NoAnswer, "the jog did not begin".to_owned()),
+            JogEnd::Replaced => (ErrorCode::RunOver, message!("another jog replaced it")),
+            JogEnd::Stopped => (ErrorCode::Stopped, message!("a stop ended the jog")),
+            JogEnd::Released => (ErrorCode::RunOver, message!("the jog was ended")),
+            JogEnd::Failed => (ErrorCode::NoAnswer, message!("the jog did not begin")),
             JogEnd::Closed => return Error::closed(),
         };
         Error::new(code, message)

@@ -149,7 +149,8 @@ struct Inner {
     virtual_arm: Option<crate::VirtualArm>,
     /// [`Options::timeout`] as currently set, in microseconds.
     timeout: AtomicU64,
-    /// Kind of programs for which the alarms were already read: [`homing::ASKED`] after a program
-    /// without motion, [`homing::WARNED`] after one with motion. 0 before the first.
+    /// Kind of programs for which the alarms were already read: [`homing::READ_WITHOUT_MOTION`]
+    /// after a program without motion, [`homing::READ_FOR_MOTION`] after one with motion. 0 before
+    /// the first.
     reset_asked: AtomicU8,
 }

@@ -19,33 +19,33 @@ pub struct Options {
     /// Timeout of every single call to the arm, 3 s by default.
     ///
     /// Waiting for a motion has its own deadlines, and a run has its
-    /// [patience](crate::RunOptions::patience). Over UDP a call has room for five attempts, which
-    /// is longer if round trips are slow. The timeout does not run while this process is suspended
-    /// or the computer sleeps.
+    /// [patience](crate::RunOptions::patience). Over UDP a call may take at least the time of five
+    /// attempts, so its timeout is longer if round trips are slow. The timeout does not run while
+    /// this process is suspended or the computer sleeps.
     pub timeout: Duration,
     /// Maximum requests in flight, 1 to 8; 1 by default.
     ///
     /// Use more than 1 only for arms that are known to take requests back to back;
-    /// `magician doctor` measures it. At 1 a read still travels beside a queued command on a serial
-    /// port, until one of the two is lost.
+    /// `magician doctor` measures how many an arm takes. With a window of 1, a serial port still
+    /// carries one read beside a queued command, until one of the two is lost.
     pub window: usize,
     /// True (default) if connecting checks that an arm answers.
     pub probe: bool,
-    /// True (default) if a broken line is reconnected until the connection ends: the same port, and
-    /// the same arm on it.
+    /// True (default) if the driver reopens a broken line, on the same port, until the same arm
+    /// answers there or the connection ends.
     ///
     /// To recognise the arm, the driver reads its serial number and its clock once soon after
-    /// connecting, if it was probed. An arm without a serial number, or whose serial number was not
-    /// read yet, cannot be distinguished from another. A stream passed to
+    /// connecting, if [`probe`](Self::probe) is true. An arm without a serial number, or whose
+    /// serial number was not read yet, cannot be distinguished from another. A stream passed to
     /// [`Arm::over`](crate::Arm::over) cannot be reopened; one of
     /// [`Arm::over_with`](crate::Arm::over_with) can.
     pub reconnect: bool,
     /// Time after a datagram in which a UDP network may still deliver a duplicate of it; 0.1 s by
     /// default, and longer if round trips are slow.
     ///
-    /// Queued commands are sent this far apart, because the duplicate of a command could replace a
-    /// lost next one and no index would show it. Zero, for a network that duplicates nothing, sends
-    /// each as soon as the one before is answered.
+    /// Queued commands are sent this far apart: a late duplicate of a command could take the place
+    /// of the next command if that one is lost, and no index would show it. Zero, for a network
+    /// that duplicates nothing, sends each command as soon as the previous one is answered.
     pub echo: Duration,
     /// True if this connection may light the laser of a real arm; false by default.
     ///
@@ -114,8 +114,8 @@ impl Default for Options {
             // Choice: room for several retransmissions, and a person at a prompt still waits this
             // long.
             timeout: Duration::from_secs(3),
-            // Unknown: a real controller may not take several queued commands back to back (goal
-            // H2).
+            // A choice: it is not known whether a real controller takes several queued commands
+            // back to back (goal H2).
             window: 1,
             probe: true,
             reconnect: true,
@@ -253,7 +253,7 @@ impl Options {
     }
 
     /// True if the line to a virtual arm in this process may break.
-    pub(crate) fn unplugs(&self) -> bool {
+    pub(crate) fn may_unplug(&self) -> bool {
         #[cfg(feature = "faults")]
         return self.faults.unplug > 0.0;
         #[cfg(not(feature = "faults"))]
@@ -267,9 +267,9 @@ impl Options {
     pub(crate) fn without_faults(&self) -> Result<()> {
         #[cfg(feature = "faults")]
         if !self.faults.is_none() {
-            return Err(crate::Error::invalid(
-                "faults need a line that this library opens, not the caller's stream",
-            ));
+            return Err(crate::Error::invalid(crate::message!(
+                "faults need a line that this library opens, not the caller's stream"
+            )));
         }
         Ok(())
     }

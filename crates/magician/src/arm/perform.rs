@@ -185,7 +185,7 @@ impl Arm {
         // Homing itself clears the reset, so a warning before it would only confuse.
         self.inner
             .reset_asked
-            .store(super::homing::WARNED, Ordering::SeqCst);
+            .store(super::homing::READ_FOR_MOTION, Ordering::SeqCst);
         if self.laser().told().await? == Some(true) {
             self.laser().switch_off().await?;
         }

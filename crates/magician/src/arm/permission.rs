@@ -30,8 +30,8 @@ impl Arm {
 impl Permission<'_> {
     /// Checks commands before any of them is sent.
     ///
-    /// Refused are jogs without a hold time, commands that burn without permission, and a duty or
-    /// laser power out of range.
+    /// Refuses jogs without a hold time, commands that burn without permission, and a duty or laser
+    /// power out of range.
     ///
     /// # Errors
     /// [`ErrorKind::InvalidInput`], with [`ErrorCode::LaserNotAllowed`] or [`ErrorCode::Guarded`]
@@ -63,8 +63,8 @@ impl Permission<'_> {
             .queue()
             .foreign_commands(&self.arm.known().look_at_queue().await?)
         {
-            // Counted as burning: any of them may light the laser.
             0 => Ok(()),
+            // Any of them may light the laser.
             count => {
                 let name = self.arm.name();
                 Err(Error::burning(match count {
@@ -84,12 +84,12 @@ impl Permission<'_> {
         }
     }
 
-    /// Checks a frame. Every request passes here, from whichever call.
+    /// Checks a frame. Every request of every call is checked here.
     pub(super) fn check_frame(self, frame: &Frame<'_>) -> Result<()> {
         let ctrl = frame.ctrl();
-        let may = Row::with_id(frame.id()).is_some_and(|row| row.may_burn);
+        let row_may_burn = Row::with_id(frame.id()).is_some_and(|row| row.may_burn);
         // Decoding is only needed for the few commands with a power or a duty.
-        if may
+        if row_may_burn
             && (ctrl.write() || ctrl.queued())
             && let Ok(command) = Set::decode(frame.id(), frame.params())
         {
@@ -122,7 +122,7 @@ impl Permission<'_> {
 
     /// Refuses a frame that starts a jog without a hold time.
     pub(super) fn check_jog(self, frame: &Frame<'_>) -> Result<()> {
-        if frame_jogs(frame) && !self.lets_jogs_pass() {
+        if frame_jogs(frame) && !self.allows_raw_jogs() {
             Err(unheld_jog())
         } else {
             Ok(())
@@ -131,14 +131,14 @@ impl Permission<'_> {
 
     /// Refuses a command that starts a jog without a hold time.
     pub(super) fn check_command(self, command: &Set) -> Result<()> {
-        if self.lets_jogs_pass() {
+        if self.allows_raw_jogs() {
             Ok(())
         } else {
             refuse_unheld(command)
         }
     }
 
-    fn lets_jogs_pass(self) -> bool {
+    fn allows_raw_jogs(self) -> bool {
         // With bounded jogs even a handle for raw jogs is refused: nothing would end them.
         self.arm.passes_jogs && !self.arm.inner.options.bounded_jogs
     }

@@ -5,7 +5,7 @@ use magician_protocol::{IoFunction, Set};
 
 use super::laser::answered;
 use super::{Arm, RunSummary};
-use crate::{Act, Error, PinUse, Result, build};
+use crate::{Act, Error, PinUse, Result, build, message};
 
 /// EIO pins of an arm, returned by [`Arm::pins`].
 #[derive(Clone, Copy, Debug)]
@@ -69,17 +69,24 @@ impl Pins<'_> {
             return Ok(());
         };
         let (needed, is) = match wanted {
-            PinUse::DigitalOutput => (IoFunction::DigitalOutput, "a digital output"),
-            PinUse::Pwm => (IoFunction::Pwm, "a pulse-width output"),
+            PinUse::DigitalOutput => (IoFunction::DigitalOutput, message!("a digital output")),
+            PinUse::Pwm => (IoFunction::Pwm, message!("a pulse-width output")),
         };
         if pin.multiplex == needed {
             return Ok(());
         }
-        let has = match pin.multiplex {
-            IoFunction::None => "has no function",
-            _ => "has another function",
+        let message = match pin.multiplex {
+            IoFunction::None => message!(
+                "EIO {address} has no function, it has to be {is}; nothing was sent",
+                address,
+                is
+            ),
+            _ => message!(
+                "EIO {address} has another function, it has to be {is}; nothing was sent",
+                address,
+                is
+            ),
         };
-        let message = format!("EIO {address} {has}, it has to be {is}; nothing was sent");
         let give = Act::SetPin(address, wanted);
         Err(Error::invalid(message).remedy(give, "gives it that function"))
     }

@@ -39,7 +39,7 @@ impl Arm {
 
     /// Returns the deadline of calls outside a run.
     pub(super) fn call_deadline(&self) -> Instant {
-        let timeout = self.timeout().max(self.inner.shared.attempts());
+        let timeout = self.timeout().max(self.inner.shared.min_datagram_timeout());
         Instant::now() + timeout.min(MAX_TIMEOUT)
     }
 
@@ -48,7 +48,7 @@ impl Arm {
     pub(super) fn queue_fault(&self, since: Option<u64>) -> Result<()> {
         match self.inner.shared.queue_fault(since) {
             None => Ok(()),
-            Some(queue_fault) => queue_fault.told(),
+            Some(queue_fault) => queue_fault.into_result(),
         }
     }
 
@@ -67,11 +67,11 @@ impl Arm {
             Box::pin(self.homing().expect()).await;
         }
         if self.fence().is_none() {
-            return self.asked(request, deadline, stops).await;
+            return self.send_and_wait(request, deadline, stops).await;
         }
         let frame = *request.frame();
         let turn = Box::pin(self.fence_check().hold_frame(&frame.frame(), deadline)).await?;
-        let answer = self.asked(request, deadline, stops).await;
+        let answer = self.send_and_wait(request, deadline, stops).await;
         if let Some(turn) = turn {
             turn.ends(&answer);
         }
@@ -79,15 +79,20 @@ impl Arm {
     }
 
     /// Sends a read, which no fence needs to check.
-    pub(super) async fn ask_for(&self, request: Request) -> Result<FrameBuf> {
+    pub(super) async fn request_read(&self, request: Request) -> Result<FrameBuf> {
         let (deadline, stops) = (self.deadline(), self.stops());
         if self.waits_for_jog(&request) {
             return self.ask_behind_jog(request, deadline).await;
         }
-        self.asked(request, deadline, stops).await
+        self.send_and_wait(request, deadline, stops).await
     }
 
-    async fn asked(&self, request: Request, deadline: Instant, stops: u64) -> Result<FrameBuf> {
+    async fn send_and_wait(
+        &self,
+        request: Request,
+        deadline: Instant,
+        stops: u64,
+    ) -> Result<FrameBuf> {
         let frame = *request.frame();
         let answer = self.submit(request, deadline, stops).await?;
         self.answer(answer, &frame, deadline).await
@@ -135,42 +140,43 @@ impl Arm {
         deadline: Instant,
     ) -> Result<FrameBuf> {
         // A request that must not be repeated may have been executed, so the caller has to be told.
-        let silent = if must_not_repeat(&request.frame()) {
+        let timeout_error = if must_not_repeat(&request.frame()) {
             Error::uncertain(None, None)
         } else {
             Error::new(ErrorCode::NoAnswer, message!("no answer"))
         };
-        self.answer_or(silent, answer, request, deadline).await
+        self.answer_or(timeout_error, answer, request, deadline)
+            .await
     }
 
-    /// Waits as [`answer`](Self::answer) does, with `silent` as the error of a starved task.
+    /// Waits as [`answer`](Self::answer) does, with `timeout_error` as the error of a starved task.
     pub(super) async fn answer_or<T>(
         &self,
-        silent: Error,
+        timeout_error: Error,
         mut answer: oneshot::Receiver<Result<T>>,
         request: &FrameBuf,
         deadline: Instant,
     ) -> Result<T> {
-        let before = self.inner.shared.slept();
-        let mut late = deadline + DEADLINE_GRACE;
+        let before = self.inner.shared.suspended();
+        let mut handle_deadline = deadline + DEADLINE_GRACE;
         loop {
-            let heard = timeout_at(late, self.heard(&mut answer)).await;
+            let outcome = timeout_at(handle_deadline, self.answer_or_end(&mut answer)).await;
             // After a suspension all tasks wake at once, perhaps this one before the driver: give
             // it a turn.
-            let heard = match heard {
-                Err(_) => timeout(SCHEDULING_GRACE, self.heard(&mut answer)).await,
-                heard => heard,
+            let outcome = match outcome {
+                Err(_) => timeout(SCHEDULING_GRACE, self.answer_or_end(&mut answer)).await,
+                outcome => outcome,
             };
             // The driver reports the length of a suspension; the deadline moves on by it.
-            let extended = deadline + DEADLINE_GRACE + (self.inner.shared.slept() - before);
-            break match heard {
+            let extended = deadline + DEADLINE_GRACE + (self.inner.shared.suspended() - before);
+            break match outcome {
                 Ok(Some(result)) => result,
                 Ok(None) => Err(Error::closed()),
-                Err(_) if extended > late => {
-                    late = extended;
+                Err(_) if extended > handle_deadline => {
+                    handle_deadline = extended;
                     continue;
                 }
-                Err(_) => Err(silent),
+                Err(_) => Err(timeout_error),
             };
         }
         .map_err(|error| match error.command() {
@@ -182,7 +188,7 @@ impl Arm {
     /// Returns the answer of the task; `None` once the task has ended. Answer and end are both
     /// watched, because a message sent while the task ends may stay in the inbox, together with its
     /// reply channel.
-    pub(super) async fn heard<T>(&self, answer: &mut oneshot::Receiver<T>) -> Option<T> {
+    pub(super) async fn answer_or_end<T>(&self, answer: &mut oneshot::Receiver<T>) -> Option<T> {
         tokio::select! {
             // The answer first: an answer received before the end of the connection still counts.
             biased;
@@ -236,7 +242,7 @@ mod tests {
         let (kept, mut answer) = oneshot::channel();
         kept.send(()).unwrap();
         assert_eq!(
-            arm.heard(&mut answer).await,
+            arm.answer_or_end(&mut answer).await,
             Some(()),
             "what was said counts"
         );

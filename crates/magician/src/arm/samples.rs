@@ -32,28 +32,28 @@ pub struct Sample {
 /// Samples of a virtual arm in the order of its clock; see [`Arm::samples`].
 #[derive(Debug)]
 pub struct Samples {
-    coming: mpsc::UnboundedReceiver<Sample>,
+    receiver: mpsc::UnboundedReceiver<Sample>,
     #[cfg(feature = "sim")]
     arm: VirtualArm,
     #[cfg(feature = "sim")]
-    number: u64,
+    sampler: u64,
 }
 
 impl Samples {
     /// Waits for the next sample; `None` at the end.
     pub async fn next(&mut self) -> Option<Sample> {
-        self.coming.recv().await
+        self.receiver.recv().await
     }
 
     /// Returns the next sample if there is one already.
     pub fn ready(&mut self) -> Option<Sample> {
-        self.coming.try_recv().ok()
+        self.receiver.try_recv().ok()
     }
 
-    /// Takes a sample of the present, behind all others.
+    /// Takes a sample of the present state. It comes after all earlier samples.
     pub fn take(&self) {
         #[cfg(feature = "sim")]
-        self.arm.sample(self.number);
+        self.arm.sample(self.sampler);
     }
 }
 
@@ -61,27 +61,27 @@ impl Samples {
 impl Drop for Samples {
     fn drop(&mut self) {
         // Otherwise the virtual arm would keep sampling without a receiver.
-        self.arm.end_samples(self.number);
+        self.arm.end_samples(self.sampler);
     }
 }
 
 impl Arm {
-    /// Returns samples of a virtual arm in this process whose clock leaps.
+    /// Returns samples of a virtual arm in this process that runs in virtual time.
     ///
-    /// The arm takes `rate` samples per second of that clock while it moves, and one whenever it is
-    /// touched from outside. `None` for a real arm and for a virtual one with a speed, which can be
-    /// polled.
+    /// The arm takes `rate` samples per second of its clock while it moves, and one whenever the
+    /// caller changes its state from outside (`VirtualArm::with`). `None` for a real arm, and for a
+    /// virtual arm on a wall clock, which can be polled.
     #[must_use]
     pub fn samples(&self, rate: f64) -> Option<Samples> {
         #[cfg(feature = "sim")]
         {
             let arm = self.inner.virtual_arm.as_ref()?;
-            let (number, coming) = arm.samples(rate)?;
+            let (sampler, receiver) = arm.samples(rate)?;
             let arm = arm.clone();
             Some(Samples {
-                coming,
+                receiver,
                 arm,
-                number,
+                sampler,
             })
         }
         #[cfg(not(feature = "sim"))]

@@ -46,8 +46,8 @@ pub(super) struct Shared {
     pub(super) homings: Homings,
     queue_fault: Mutex<Option<LastFault>>,
     pub(super) halts: Mutex<Halts>,
-    /// Bounded jogs, and the settings that such a jog has changed and not restored yet.
     pub(super) bounded: watch::Sender<BoundedJogs>,
+    /// Settings that a bounded jog has changed and not restored yet.
     pub(super) owed: Mutex<SettingsBackup>,
     pub(super) link: watch::Sender<Link>,
     pub(super) status: watch::Sender<Option<Status>>,
@@ -55,7 +55,7 @@ pub(super) struct Shared {
     pub(super) events: broadcast::WeakSender<Event>,
     pub(super) begun: Instant,
     /// Total time for which this process was suspended, us.
-    slept: AtomicU64,
+    suspended: AtomicU64,
     /// Measured lifetime of a datagram, us; 0 on an ordered line.
     lifetime: AtomicU64,
 }
@@ -73,10 +73,11 @@ pub(super) enum QueueFault {
 #[derive(Clone, Copy, Debug)]
 struct LastFault {
     queue_fault: QueueFault,
-    /// Number of the stop as which the fault counts: calls that began earlier must report it.
+    /// A fault counts as a stop; this is its number. Calls that began before it must report the
+    /// fault.
     stop: u64,
     /// True once reported: later calls do not report it again.
-    told: bool,
+    reported: bool,
 }
 
 impl Shared {
@@ -107,19 +108,19 @@ impl Shared {
             watches: Mutex::default(),
             events: events.downgrade(),
             begun: Instant::now(),
-            slept: AtomicU64::new(0),
+            suspended: AtomicU64::new(0),
             lifetime: AtomicU64::new(0),
         }
     }
 
     /// Adds a time of suspension (stopped process, computer asleep): deadlines move on by it.
-    pub(super) fn note_sleep(&self, time: Micros) {
-        self.slept.fetch_add(time, Ordering::SeqCst);
+    pub(super) fn note_suspension(&self, time: Micros) {
+        self.suspended.fetch_add(time, Ordering::SeqCst);
     }
 
     /// Returns the total time of suspension.
-    pub(super) fn slept(&self) -> Duration {
-        Duration::from_micros(self.slept.load(Ordering::SeqCst))
+    pub(super) fn suspended(&self) -> Duration {
+        Duration::from_micros(self.suspended.load(Ordering::SeqCst))
     }
 
     /// Notes the measured lifetime of a datagram.
@@ -128,7 +129,7 @@ impl Shared {
     }
 
     /// Returns the minimum time of a call over datagrams: room for several attempts.
-    pub(super) fn attempts(&self) -> Duration {
+    pub(super) fn min_datagram_timeout(&self) -> Duration {
         ATTEMPTS * Duration::from_micros(self.lifetime.load(Ordering::Relaxed))
     }
 
@@ -151,45 +152,46 @@ impl Shared {
     /// Ends the work in progress as a stop does; the next wait or run reports the fault.
     pub(super) fn note_fault(&self, queue_fault: QueueFault) {
         match queue_fault {
-            QueueFault::Reset(_) => self.remembered().forget(),
+            QueueFault::Reset(_) => self.identity_cache().forget(),
             QueueFault::Unaccounted { .. } => self.picture().forget(),
         }
         // The lock is taken before the stop is counted, so that a call which sees the stop also
         // finds its fault.
-        let mut last = held(&self.queue_fault);
+        let mut last = lock(&self.queue_fault);
         let stop = self.stop();
         *last = Some(LastFault {
             queue_fault,
             stop,
-            told: false,
+            reported: false,
         });
     }
 
-    /// Returns the last fault of the queue if the caller began after `since` stops and before the
-    /// fault, or if it was not reported yet.
+    /// Returns the last fault of the queue if it ended the caller's work, which began when there
+    /// had been `since` stops, or if the fault was not reported yet.
     pub(super) fn queue_fault(&self, since: Option<u64>) -> Option<QueueFault> {
-        let mut last = held(&self.queue_fault);
+        let mut last = lock(&self.queue_fault);
         let last_fault = last.as_mut()?;
-        let mine = since.is_some_and(|stops| stops < last_fault.stop);
-        // Reported to every call that it ended, and once to a later one, so that none is missed.
-        let first = !std::mem::replace(&mut last_fault.told, true);
-        (mine || first).then_some(last_fault.queue_fault)
+        let ended_caller = since.is_some_and(|stops| stops < last_fault.stop);
+        // Reported to every call that the fault ended. If there is none, the next call reports it,
+        // so that no fault is missed.
+        let unreported = !std::mem::replace(&mut last_fault.reported, true);
+        (ended_caller || unreported).then_some(last_fault.queue_fault)
     }
 
     /// Returns the picture of the arm. The guard must not outlive the statement that uses it:
     /// methods of [`Shared`] and [`Arm`](super::Arm) take the same lock.
     pub(super) fn picture(&self) -> MutexGuard<'_, ArmPicture> {
-        held(&self.picture)
+        lock(&self.picture)
     }
 
     /// Returns the readings that identify the arm in the record of homings.
-    pub(super) fn remembered(&self) -> MutexGuard<'_, IdentityCache> {
-        self.homings.remembered()
+    pub(super) fn identity_cache(&self) -> MutexGuard<'_, IdentityCache> {
+        self.homings.identity_cache()
     }
 
     /// Returns the gate, which tracks jogs and motors.
     pub(super) fn gate(&self) -> MutexGuard<'_, Gate> {
-        held(&self.gate)
+        lock(&self.gate)
     }
 
     /// Returns the id of the next jog.
@@ -205,12 +207,12 @@ impl Shared {
 }
 
 /// Locks a mutex, also after a panic of its holder: no holder leaves a value half changed.
-pub(super) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl QueueFault {
-    pub(super) fn told<T>(self) -> Result<T> {
+    pub(super) fn into_result<T>(self) -> Result<T> {
         Err(match self {
             Self::Reset(gone) => Error::reset(gone),
             Self::Unaccounted { from, to } => Error::unaccounted(from, to),

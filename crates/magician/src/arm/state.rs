@@ -13,9 +13,9 @@ use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 
 use super::driver::Message;
-use super::shared::held;
+use super::shared::lock;
 use super::{Arm, Link, Shared};
-use crate::{ArmSnapshot, Error, Level, Pin, QueueIndex, Result};
+use crate::{ArmSnapshot, Error, Level, Pin, QueueIndex, Result, message};
 
 /// Allowed readings a second. Choice: no line carries more than 1000, and below 0.01 a single read
 /// serves as well.
@@ -87,20 +87,20 @@ impl StateOptions {
 
     fn check(&self) -> Result<Duration> {
         if !RATES.contains(&self.rate) {
-            return Err(Error::invalid(format!(
-                "the rate is {} readings a second, it must be {} to {}",
-                self.rate,
-                RATES.start(),
-                RATES.end()
+            return Err(Error::invalid(message!(
+                "the rate is {rate} readings a second, it must be {least} to {most}",
+                rate = self.rate,
+                least = RATES.start(),
+                most = RATES.end()
             )));
         }
         let wrong = self.pins.iter().find(|pin| !PINS.contains(&pin.address()));
         if let Some(pin) = wrong {
-            return Err(Error::invalid(format!(
-                "unknown pin {}: EIO addresses are {} to {}",
-                pin.address(),
-                PINS.start(),
-                PINS.end()
+            return Err(Error::invalid(message!(
+                "unknown pin {address}: EIO addresses are {least} to {most}",
+                address = pin.address(),
+                least = PINS.start(),
+                most = PINS.end()
             )));
         }
         Ok(Duration::from_secs_f64(self.rate.recip()))
@@ -110,7 +110,7 @@ impl StateOptions {
 impl Shared {
     /// Returns the state from the answers so far; `None` until every field has been read once.
     pub(super) fn status_now(&self) -> Option<Status> {
-        let watched = held(&self.watches).pins();
+        let watched = lock(&self.watches).pins();
         let ArmSnapshot {
             readings, homed, ..
         } = self.picture().snapshot();
@@ -220,7 +220,7 @@ impl StateWatch {
 
 impl Drop for StateWatch {
     fn drop(&mut self) {
-        let mut watches = held(&self.shared.watches);
+        let mut watches = lock(&self.shared.watches);
         watches.wanted.retain(|(id, ..)| *id != self.id);
         if watches.wanted.is_empty() {
             // The next watch must not return values from before it was created.
@@ -254,7 +254,7 @@ impl Arm {
         let period = options.check()?;
         let shared = Arc::clone(&self.inner.shared);
         let id = {
-            let mut watches = held(&shared.watches);
+            let mut watches = lock(&shared.watches);
             watches.next += 1;
             let id = watches.next;
             watches.wanted.push((id, period, options.pins));

@@ -25,7 +25,7 @@ impl Arm {
     /// Same as [`get`](Self::get).
     pub async fn get_with<T: Readable>(&self, query: &T::Query) -> Result<T> {
         let request = Request::get::<T>(query)?;
-        let reply = self.ask_for(request).await?;
+        let reply = self.request_read(request).await?;
         let value = T::decode(reply.frame().params()).map_err(Error::from);
         value.map_err(|error| error.with_command(T::ROW.get_name))
     }

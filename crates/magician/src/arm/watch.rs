@@ -12,7 +12,7 @@ use magician_protocol::commands::{Pose, PoseL, QueuedCmdCurrentIndex};
 use tokio::time::{Instant, sleep};
 
 use super::Arm;
-use crate::{Action, Error, ErrorCode, QueueIndex, Result};
+use crate::{Action, Error, ErrorCode, QueueIndex, Result, message};
 
 /// Delay of the first look, and longest interval of the following ones. Choice: a short command is
 /// reported soon, and a long wait does not load the line.
@@ -126,7 +126,7 @@ impl Watch {
         if arm.stops() == self.stops {
             return Ok(());
         }
-        let message = "stopped; unfinished commands were dropped";
+        let message = message!("stopped; unfinished commands were dropped");
         Err(Error::new(ErrorCode::Stopped, message))
     }
 
@@ -236,15 +236,25 @@ impl Watch {
         if self.changed.elapsed() < patience {
             return Ok(());
         }
-        let hint = match (stopped, started) {
-            (true, _) => ", and its queue is stopped",
-            (_, true) => " and the arm stands still",
-            _ => " and the arm stands still; its queue was not started, or is stopped",
+        let (last, current) = (self.progress.last.0, self.progress.current.0);
+        let message = match (stopped, started) {
+            (true, _) => message!(
+                "waiting for queue index {last}: it stays at {current}, and its queue is stopped",
+                last,
+                current
+            ),
+            (_, true) => message!(
+                "waiting for queue index {last}: it stays at {current} and the arm stands still",
+                last,
+                current
+            ),
+            _ => message!(
+                "waiting for queue index {last}: it stays at {current} and the arm stands still; \
+                    its queue was not started, or is stopped",
+                last,
+                current
+            ),
         };
-        let message = format!(
-            "waiting for queue index {}: it stays at {}{hint}",
-            self.progress.last.0, self.progress.current.0
-        );
         Err(match (stopped, started) {
             (false, true) => Error::new(ErrorCode::NotFinished, message),
             _ => Error::new(ErrorCode::QueueStopped, message)
@@ -261,10 +271,11 @@ impl Watch {
         {
             return Ok(());
         }
-        let message = format!(
-            "queue index {} will not come: the arm's queue is empty and stands at {}; it was \
-             cleared, or the arm was reset",
-            self.progress.last.0, self.progress.current.0
+        let message = message!(
+            "queue index {last} will not come: the arm's queue is empty and stands at {current}; \
+                it was cleared, or the arm was reset",
+            last = self.progress.last.0,
+            current = self.progress.current.0
         );
         Err(Error::new(ErrorCode::Dropped, message))
     }

@@ -48,9 +48,9 @@ pub use watches::{Events, Jog, StateWatch};
 /// started.
 ///
 /// A background thread serves the connection, so that a stop, the end of a jog and a reconnect do
-/// not wait for the next call. Inside an async runtime waiting would block all other tasks: there
-/// every method returns [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) and sends
-/// nothing.
+/// not wait for the next call. Inside an async runtime a blocking call would stop all other tasks,
+/// so every method returns [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) there and
+/// sends nothing.
 #[derive(Clone, Debug)]
 pub struct Arm {
     owner: Arc<Owner>,

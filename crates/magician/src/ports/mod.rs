@@ -10,7 +10,7 @@ use std::path::Path;
 
 use magician_protocol::visible;
 
-use crate::{Error, Result};
+use crate::{Error, Message, Result, message};
 
 mod adapters;
 #[cfg(any(target_os = "macos", test))]
@@ -158,7 +158,10 @@ impl fmt::Display for Port {
 pub fn ports() -> Result<Vec<Port>> {
     #[cfg(feature = "lines")]
     let paths = serial2::SerialPort::available_ports().map_err(|error| {
-        let message = format!("the serial ports could not be listed: {error}");
+        let message = message!(
+            "the serial ports could not be listed: {cause}",
+            cause = error.to_string()
+        );
         Error::port(message, error)
     })?;
     #[cfg(not(feature = "lines"))]
@@ -230,11 +233,11 @@ fn said_by(program: &str, arguments: &[&str]) -> String {
 }
 
 /// Describes ports as a phrase.
-pub(crate) fn list<'a>(ports: impl IntoIterator<Item = &'a Port>) -> String {
+pub(crate) fn list<'a>(ports: impl IntoIterator<Item = &'a Port>) -> Message {
     let all: Vec<String> = ports.into_iter().map(Port::to_string).collect();
     match all.as_slice() {
-        [] => "this computer has no serial port".to_owned(),
-        all => format!("serial ports here: {}", all.join(", ")),
+        [] => message!("this computer has no serial port"),
+        all => message!("serial ports here: {ports}", ports = all.join(", ")),
     }
 }
 

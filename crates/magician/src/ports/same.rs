@@ -6,7 +6,7 @@
 //! guessing.
 
 use super::{Port, Usb, list};
-use crate::{Error, ErrorCode, Result};
+use crate::{Error, ErrorCode, Result, message};
 
 /// Port that was open, to be found again after a replug: the same adapter under any name, never
 /// another one.
@@ -72,20 +72,20 @@ impl Remembered {
     }
 
     fn gone(&self, present: &[Port]) -> Error {
-        let message = format!(
-            "the adapter of {} is not plugged in ({}); plug it in again",
-            self.path,
-            list(present)
+        let message = message!(
+            "the adapter of {path} is not plugged in ({found}); plug it in again",
+            path = self.path,
+            found = list(present)
         );
         Error::new(ErrorCode::NoPort, message)
     }
 
     fn another(&self, kin: &[&Port]) -> Error {
-        let message = format!(
-            "the adapter of {} is not in its socket, and cannot be told from these: {}; plug it \
-                into the same socket again, or connect to its new port",
-            self.path,
-            list(kin.iter().copied())
+        let message = message!(
+            "the adapter of {path} is not in its socket, and cannot be told from these: {found}; \
+                plug it into the same socket again, or connect to its new port",
+            path = self.path,
+            found = list(kin.iter().copied())
         );
         Error::new(ErrorCode::AnotherArm, message)
     }

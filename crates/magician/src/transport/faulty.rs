@@ -12,7 +12,7 @@ use tokio::time::{Instant, Sleep, sleep_until};
 use super::{Leap, LeapTo, Transport};
 use crate::connection::Micros;
 use crate::faults::{Faults, Injector, Passed, Side};
-use crate::{Error, ErrorCode, Result};
+use crate::{Error, ErrorCode, Result, message};
 
 /// Fault that happens to the controller itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,8 +62,10 @@ impl FaultLayer {
     pub(super) fn reachable(&self, name: &str) -> Result<()> {
         let now = self.now();
         if self.lock().out_until.is_some_and(|until| now < until) {
-            let message =
-                format!("{name} is unplugged by an injected fault; it comes back by itself");
+            let message = message!(
+                "{name} is unplugged by an injected fault; it comes back by itself",
+                name
+            );
             return Err(Error::new(ErrorCode::NoPort, message));
         }
         Ok(())
@@ -77,9 +79,10 @@ impl FaultLayer {
         name: &str,
     ) -> Result<Faulty> {
         if self.faults.reset > 0.0 && restart.is_none() {
-            return Err(Error::invalid(format!(
+            return Err(Error::invalid(message!(
                 "'reset' does not work on {name}: only a virtual arm in this process can be reset \
-                    from here"
+                    from here",
+                name
             )));
         }
         let mut state = self.lock();

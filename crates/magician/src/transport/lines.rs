@@ -9,7 +9,7 @@ use magician_protocol::BAUD_RATE;
 use super::{Transport, search, serial, tcp, udp};
 use crate::connection::Settings;
 use crate::ports::{self, Port, Remembered};
-use crate::{Error, Result, Target};
+use crate::{Error, Result, Target, message};
 
 /// Longest time for a name lookup, and for accepting a connection. Choice.
 pub(super) const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
@@ -82,7 +82,12 @@ impl Lines {
 
 /// Returns the error for a host that cannot be reached.
 pub(super) fn unreachable_host(host: &str, port: u16, error: io::Error) -> Error {
-    let message = format!("{host} port {port} cannot be reached: {error}");
+    let message = message!(
+        "{host} port {port} cannot be reached: {cause}",
+        host,
+        port,
+        cause = error.to_string()
+    );
     Error::port(message, error)
 }
 

@@ -31,7 +31,7 @@ use crate::VirtualArm;
 use crate::connection::Settings;
 #[cfg(feature = "faults")]
 use crate::faults::Faults;
-use crate::{Options, Result, Target};
+use crate::{Options, Result, Target, message};
 
 /// Route to an arm, which can be opened again after its line was lost.
 ///
@@ -175,7 +175,7 @@ impl Route {
                 // A block, so that the lock is released before the message is built.
                 let gone = { arm.lock() }.is_gone();
                 if gone {
-                    let message = "the cable of the virtual arm is not plugged in";
+                    let message = message!("the cable of the virtual arm is not plugged in");
                     return Err(Error::port(message, io::ErrorKind::NotConnected.into()));
                 }
                 let settings = Settings {
@@ -187,7 +187,7 @@ impl Route {
             #[cfg(not(feature = "sim"))]
             Target::Sim(_) => Err(Error::new(
                 ErrorCode::NotBuiltIn,
-                "this build has no virtual arm: it lacks the feature sim",
+                message!("this build has no virtual arm: it lacks the feature sim"),
             )),
             #[cfg(feature = "lines")]
             Target::Serial(_)
@@ -202,7 +202,7 @@ impl Route {
             | Target::Udp { .. }
             | Target::Tcp { .. } => Err(Error::new(
                 ErrorCode::NotBuiltIn,
-                "this build cannot connect to real arms: it lacks the feature lines",
+                message!("this build cannot connect to real arms: it lacks the feature lines"),
             )),
             #[cfg(feature = "ble")]
             Target::Ble(device) => {
@@ -212,7 +212,7 @@ impl Route {
             #[cfg(not(feature = "ble"))]
             Target::Ble(_) => Err(Error::new(
                 ErrorCode::NotBuiltIn,
-                "this build has no Bluetooth: it lacks the feature ble; use USB or Wi-Fi",
+                message!("this build has no Bluetooth: it lacks the feature ble; use USB or Wi-Fi"),
             )),
         }
     }

@@ -10,7 +10,7 @@ use tokio::time::timeout;
 use super::Transport;
 use super::serial::{self, Serial};
 use crate::ports::{Port, list};
-use crate::{Action, Error, ErrorCode, Result, Target};
+use crate::{Action, Error, ErrorCode, Message, Result, Target, message};
 
 /// Longest time for an arm to return its serial number; real ones take 12 ms (model section 15).
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(300);
@@ -36,14 +36,19 @@ pub(super) fn adapter(target: &Target, present: &[Port]) -> Result<String> {
     let message = match found.as_slice() {
         [port] => return Ok(port.path.clone()),
         [] => {
-            let message = format!("{target} is not plugged in ({}); plug it in", list(present));
+            let message = message!(
+                "{target} is not plugged in ({found}); plug it in",
+                target = target.to_string(),
+                found = list(present)
+            );
             return Err(Error::new(ErrorCode::NoPort, message)
                 .remedy(Action::ListPorts, "shows the ids of connected devices"));
         }
-        several => format!(
-            "{target} is plugged in more than once ({}); add the serial number of the adapter, \
-             usb:VENDOR:PRODUCT:SERIAL, or name the port",
-            list(several.iter().copied())
+        several => message!(
+            "{target} is plugged in more than once ({found}); add the serial number of the \
+                adapter, usb:VENDOR:PRODUCT:SERIAL, or name the port",
+            target = target.to_string(),
+            found = list(several.iter().copied())
         ),
     };
     Err(Error::new(ErrorCode::SeveralArms, message))
@@ -59,15 +64,19 @@ pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Se
             Ok(port) => port,
             // The message names the port, and the program that holds it.
             Err(error) => {
-                seen.push(error.to_string());
+                seen.push(error.in_words());
                 station = station.or_else(|| station_at(path));
                 continue;
             }
         };
         match serial_number(&mut port).await {
             Some(serial) if serial.eq_ignore_ascii_case(wanted) => return Ok((path.clone(), port)),
-            Some(serial) => seen.push(format!("{path} has the arm {}", visible(&serial))),
-            None => seen.push(format!("{path} does not answer")),
+            Some(serial) => seen.push(message!(
+                "{path} has the arm {serial}",
+                path,
+                serial = visible(&serial).to_string()
+            )),
+            None => seen.push(message!("{path} does not answer", path)),
         }
     }
     Err(not_found(wanted, &seen, station))
@@ -85,16 +94,19 @@ fn station_at(path: &str) -> Option<String> {
 
 /// Returns the error of a search, with the results per port, and the station of a port that could
 /// not be queried.
-fn not_found(wanted: &str, seen: &[String], station: Option<String>) -> Error {
+fn not_found(wanted: &str, seen: &[Message], station: Option<String>) -> Error {
+    let seen =
+        { seen.iter().cloned() }.reduce(|before, next| message!("{before}; {next}", before, next));
     let message = match seen {
-        [] => format!(
+        None => message!(
             "the arm {wanted} was not found: no adapter of an arm is plugged in; is it switched \
-                on and \
-             plugged in?"
+                on and plugged in?",
+            wanted
         ),
-        seen => format!(
-            "the arm {wanted} was not found: {}; is it switched on and plugged in?",
-            seen.join("; ")
+        Some(seen) => message!(
+            "the arm {wanted} was not found: {seen}; is it switched on and plugged in?",
+            wanted,
+            seen
         ),
     };
     let error = Error::new(ErrorCode::NoArm, message);
@@ -232,7 +244,7 @@ mod tests {
 
     #[test]
     fn port_of_a_station_that_cannot_be_asked_is_named_with_it() {
-        let seen = ["/dev/ttyUSB0 is in use by magician".to_owned()];
+        let seen = [Message::from("/dev/ttyUSB0 is in use by magician")];
         let url = "http://127.0.0.1:8910/left";
         let error = not_found("DT", &seen, Some(url.to_owned()));
         assert_eq!(

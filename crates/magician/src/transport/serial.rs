@@ -10,7 +10,7 @@ use super::Transport;
 #[cfg(unix)]
 use super::read_gap::{ReadGap, read_now};
 use super::stream::Stream;
-use crate::{Act, Error, ErrorCode, Result, ports};
+use crate::{Act, Error, ErrorCode, Message, Result, message, ports};
 
 /// Serial port in exclusive use.
 pub(crate) struct Serial {
@@ -109,13 +109,14 @@ fn lock(path: &str) -> Result<std::os::fd::OwnedFd> {
 
 /// Returns the error for a port that could not be opened, with a remedy.
 fn explain(path: &str, error: io::Error) -> Error {
-    let is_port = |message: String| Error::new(ErrorCode::NoPort, message);
+    let is_port = |message: Message| Error::new(ErrorCode::NoPort, message);
     match error.kind() {
         io::ErrorKind::NotFound => {
             let known = ports::ports().unwrap_or_default();
-            is_port(format!(
-                "port {path} does not exist ({})",
-                ports::list(&known)
+            is_port(message!(
+                "port {path} does not exist ({found})",
+                path,
+                found = ports::list(&known)
             ))
             .with_source(error)
         }
@@ -125,11 +126,19 @@ fn explain(path: &str, error: io::Error) -> Error {
         // Opened but without line settings: a regular file, a directory or another device.
         _ if std::fs::metadata(path).is_ok() && !is_terminal(&error) => {
             let known = ports::ports().unwrap_or_default();
-            let message = format!("{path} is not a serial port ({})", ports::list(&known));
+            let message = message!(
+                "{path} is not a serial port ({found})",
+                path,
+                found = ports::list(&known)
+            );
             is_port(message).with_source(error)
         }
         _ => {
-            let message = format!("{path} cannot be opened as a serial port: {error}");
+            let message = message!(
+                "{path} cannot be opened as a serial port: {cause}",
+                path,
+                cause = error.to_string()
+            );
             Error::port(message, error)
         }
     }
@@ -155,32 +164,42 @@ fn is_terminal(error: &io::Error) -> bool {
 /// Returns the error for a port in use by another program.
 fn held(path: &str) -> Error {
     let holders = holders(Path::new(path));
-    let by = match holders.as_slice() {
-        [] => "another program".to_owned(),
-        known => known.join(", "),
+    let message = match { holders.into_iter() }
+        .reduce(|before, next| message!("{before}, {next}", before, next))
+    {
+        None => message!("{path} is in use by another program; close it first", path),
+        Some(by) => message!("{path} is in use by {by}; close it first", path, by),
     };
-    let message = format!("{path} is in use by {by}; close it first");
     Error::new(ErrorCode::PortBusy, message)
 }
 
 /// Returns the error for a port that this user may not open.
 fn forbidden(path: &str) -> Error {
     if let Err(error) = std::fs::metadata(path) {
-        let message = format!("no permission to access {path}: {error}");
+        let message = message!(
+            "no permission to access {path}: {cause}",
+            path,
+            cause = error.to_string()
+        );
         return Error::new(ErrorCode::PortForbidden, message);
     }
     let owner = owner_group(Path::new(path));
-    let message = format!("no permission to use {path}");
-    let forbidden = |why: &str| Error::new(ErrorCode::PortForbidden, format!("{message}{why}"));
+    let forbidden = |message: Message| Error::new(ErrorCode::PortForbidden, message);
     let error = match &owner {
         // A user should not join the group `root` just for a port.
-        Some(group) if group == "root" => forbidden("; only root may"),
+        Some(group) if group == "root" => {
+            forbidden(message!("no permission to use {path}; only root may", path))
+        }
         Some(group) => {
             let join = Act::System(format!("sudo usermod -aG {group} $USER").into());
-            forbidden(&format!("; it belongs to the group {group}"))
-                .remedy(join, "lets you use it from the next login on")
+            forbidden(message!(
+                "no permission to use {path}; it belongs to the group {group}",
+                path,
+                group
+            ))
+            .remedy(join, "lets you use it from the next login on")
         }
-        None => forbidden(""),
+        None => forbidden(message!("no permission to use {path}", path)),
     };
     if !is_adapter(path) {
         return error;
@@ -230,7 +249,7 @@ fn owner_group(_: &Path) -> Option<String> {
 /// else the processes that have it open. The process at the other end of a pseudo-terminal has it
 /// open too; it is the arm, and ending it would not free the port.
 #[cfg(target_os = "linux")]
-fn holders(path: &Path) -> Vec<String> {
+fn holders(path: &Path) -> Vec<Message> {
     let Ok(wanted) = path.canonicalize() else {
         return Vec::new();
     };
@@ -253,11 +272,11 @@ fn holders(path: &Path) -> Vec<String> {
             locked.contains(&pid)
         };
         if is_one && pid == std::process::id() {
-            found.push("this program itself".to_owned());
+            found.push(message!("this program itself"));
         } else if is_one {
             // A process that has ended meanwhile is still listed, without its name.
             let name = std::fs::read_to_string(process.path().join("comm")).unwrap_or_default();
-            found.push(format!("{} (process {pid})", name.trim()));
+            found.push(message!("{name} (process {pid})", name = name.trim(), pid));
         }
     }
     found
@@ -303,7 +322,7 @@ fn serves(descriptors: &Path, terminal: &Path) -> bool {
 }
 
 #[cfg(not(target_os = "linux"))]
-fn holders(_: &Path) -> Vec<String> {
+fn holders(_: &Path) -> Vec<Message> {
     Vec::new()
 }
 

@@ -14,7 +14,7 @@ use crate::bench::fast;
 const PAGE: &str = include_str!("../../../../docs/reference/FRAMES.md");
 
 /// Returns every command that `Arm::run` accepts, with its name.
-fn all() -> Vec<(&'static str, Set)> {
+fn all_commands() -> Vec<(&'static str, Set)> {
     let pose = Pose {
         x: 220.0,
         y: 0.0,
@@ -81,21 +81,22 @@ async fn count(arm: &Arm, work: impl Future<Output = ()>) -> u64 {
     arm.stats().await.unwrap().0.sent - before
 }
 
-/// Returns the frames of a command after another one, and of the first command over a connection.
-async fn frames(arm: Arm, word: &Set) -> [u64; 2] {
+/// Returns the number of frames that a command takes: once its settings are known, and as the first
+/// command over a connection.
+async fn frames(arm: Arm, command: &Set) -> [u64; 2] {
     let perform = async |commands: &[Set]| {
         arm.run(commands).await.unwrap();
     };
     let before = build::move_to(220.0, 0.0, 20.0, 0.0);
-    // The first run warns that the arm is not homed; later readings have expired by then.
+    // This run warns that the arm is not homed. After 2 s its readings have expired.
     perform(&[]).await;
     sleep(Duration::from_secs(2)).await;
-    let first = count(&arm, perform(&[*word])).await;
+    let first = count(&arm, perform(&[*command])).await;
     // Settings that only this command depends on become known, too.
     perform(&[before]).await;
-    perform(&[*word]).await;
+    perform(&[*command]).await;
     perform(&[before]).await;
-    [count(&arm, perform(&[*word])).await, first]
+    [count(&arm, perform(&[*command])).await, first]
 }
 
 /// Returns an arm at power-up.
@@ -110,11 +111,11 @@ async fn shared() -> Arm {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_table_of_the_docs_is_what_is_counted() {
+async fn table_of_the_docs_matches_the_counted_frames() {
     let mut table = String::new();
-    for (name, word) in all() {
-        let [known, first] = frames(fast().await, &word).await;
-        let [with_others, _] = frames(shared().await, &word).await;
+    for (name, command) in all_commands() {
+        let [known, first] = frames(fast().await, &command).await;
+        let [with_others, _] = frames(shared().await, &command).await;
         table += &format!("| `{name}` | {known} | {with_others} | {first} |\n");
     }
     assert!(
@@ -124,7 +125,7 @@ async fn the_table_of_the_docs_is_what_is_counted() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_checked_move_is_five_frames() {
+async fn checked_move_takes_five_frames() {
     let arm = fast().await;
     let there = build::move_to(220.0, 0.0, 20.0, 0.0);
     let back = build::line_to(220.0, 30.0, 20.0, 0.0);
@@ -150,7 +151,7 @@ async fn a_checked_move_is_five_frames() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_known_is_what_the_arm_has() {
+async fn preflight_follows_moves_of_another_program() {
     let virtual_arm = VirtualArm::new(powered_up(), SimSpeed::Max);
     let arm = Arm::simulated(virtual_arm.clone(), Options::default())
         .await

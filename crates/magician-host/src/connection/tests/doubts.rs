@@ -16,16 +16,16 @@ fn a_lost_reply_to_the_first_command_is_uncertain() {
     let soon = pair.now + 50_000;
     pair.run_until(soon);
     pair.mute = false;
-    let nowhere = Failure::Uncertain {
+    let uncertain = Failure::Uncertain {
         from: None,
         to: None,
     };
-    assert_eq!(pair.finish(ticket, deadline), Err(nowhere));
+    assert_eq!(pair.finish(ticket, deadline), Err(uncertain));
     assert_eq!(pair.accepted.len(), 1);
 }
 
 #[test]
-fn a_lost_reply_is_made_up_for_by_reading_the_queue() {
+fn lost_reply_is_recovered_by_reading_the_queue() {
     let mut pair = ready(Settings::ORDERED, 5);
     assert_eq!(index_of(&pair.ask(wait(10_000), SECOND).unwrap()), 1);
     pair.mute = true;
@@ -39,7 +39,7 @@ fn a_lost_reply_is_made_up_for_by_reading_the_queue() {
 }
 
 #[test]
-fn a_command_that_went_nowhere_is_sent_again() {
+fn lost_command_is_sent_again() {
     let mut pair = ready(Settings::ORDERED, 6);
     pair.ask(wait(10_000), SECOND).unwrap();
     pair.set_faults(Faults {
@@ -56,7 +56,7 @@ fn a_command_that_went_nowhere_is_sent_again() {
 }
 
 #[test]
-fn a_reset_of_the_controller_is_noticed_and_nothing_is_replayed() {
+fn controller_reset_is_reported_and_nothing_is_replayed() {
     let mut pair = ready(Settings::ORDERED, 8);
     for _ in 0..3 {
         pair.ask(wait(1), SECOND).unwrap();
@@ -66,9 +66,9 @@ fn a_reset_of_the_controller_is_noticed_and_nothing_is_replayed() {
     let index = Request::get::<QueuedCmdCurrentIndex>(&NoArgs).unwrap();
     pair.ask(index, SECOND).unwrap();
     pair.power_cycle();
-    let fate = pair.ask(wait(9), 5 * SECOND);
+    let result = pair.ask(wait(9), 5 * SECOND);
     assert_eq!(
-        fate,
+        result,
         Err(Failure::Uncertain {
             from: Some(4),
             to: Some(4)
@@ -80,7 +80,7 @@ fn a_reset_of_the_controller_is_noticed_and_nothing_is_replayed() {
 }
 
 #[test]
-fn a_full_queue_is_said_to_be_full() {
+fn full_queue_is_reported() {
     let mut pair = Pair::new(Settings::ORDERED, Faults::default(), 9);
     pair.count_from(1);
     for _ in 0..32 {
@@ -90,7 +90,7 @@ fn a_full_queue_is_said_to_be_full() {
 }
 
 #[test]
-pub(super) fn a_wrong_index_is_not_believed() {
+pub(super) fn wrong_index_leaves_command_uncertain() {
     let mut pair = ready(Settings::ORDERED, 15);
     pair.ask(wait(1), SECOND).unwrap();
     pair.mute = true;
@@ -100,9 +100,9 @@ pub(super) fn a_wrong_index_is_not_believed() {
     pair.run_until(sent);
     let wrong = magician_protocol::FrameBuf::new(110, Ctrl::QUEUED, &40u64.to_le_bytes()).unwrap();
     pair.inject(wrong.bytes());
-    let fate = pair.finish(ticket, deadline);
+    let result = pair.finish(ticket, deadline);
     assert_eq!(
-        fate,
+        result,
         Err(Failure::Uncertain {
             from: Some(2),
             to: Some(2)
@@ -130,7 +130,7 @@ fn a_window_of_four_streams_and_reports_a_loss_as_an_interval() {
         .map(|_| pair.host.submit(shared(0).deadline(deadline)))
         .collect();
     pair.lose_next_request();
-    let fates: Vec<_> = tickets
+    let results: Vec<_> = tickets
         .into_iter()
         .map(|ticket| pair.finish(ticket, deadline))
         .collect();
@@ -138,12 +138,12 @@ fn a_window_of_four_streams_and_reports_a_loss_as_an_interval() {
         from: Some(25),
         to: Some(28),
     };
-    assert!(fates.contains(&Err(interval)), "{fates:?}");
+    assert!(results.contains(&Err(interval)), "{results:?}");
     assert_eq!(pair.accepted.len(), 27, "nothing was sent again");
 }
 
 #[test]
-pub(super) fn a_request_lost_in_a_window_is_not_made_up_for_behind_the_next() {
+pub(super) fn request_lost_in_a_window_is_not_resent_after_the_next() {
     let mut pair = lawful(4, 17);
     let deadline = pair.now + 20 * SECOND;
     // Two commands of different ids: the reply to the second proves the first lost.
@@ -158,12 +158,12 @@ pub(super) fn a_request_lost_in_a_window_is_not_made_up_for_behind_the_next() {
         .deadline(deadline);
     let second = pair.host.submit(second);
     pair.lose_next_request();
-    let fates = [pair.finish(first, deadline), pair.finish(second, deadline)];
+    let results = [pair.finish(first, deadline), pair.finish(second, deadline)];
     let interval = Err(Failure::Uncertain {
         from: Some(5),
         to: Some(6),
     });
-    assert_eq!(fates, [interval, interval]);
+    assert_eq!(results, [interval, interval]);
     let later = pair.now + SECOND;
     pair.run_until(later);
     assert_eq!(

@@ -38,7 +38,7 @@ fn command(number: u32) -> Request {
     Request::raw(id, Ctrl::QUEUED, &number.to_le_bytes()).unwrap()
 }
 
-/// Possible faults, with their largest numbers in one run.
+/// Parameters of an exploration: settings, program, queue, and the faults allowed in one run.
 #[derive(Clone, Copy, Debug)]
 struct Scope {
     settings: Settings,
@@ -50,10 +50,10 @@ struct Scope {
     doubles: bool,
     resets: bool,
     clears: bool,
-    /// Number of times that the cable may be pulled; it is back after [`AWAY`] ticks.
+    /// True if the cable may be pulled; it is back after [`AWAY`] ticks.
     cuts: bool,
-    /// True if nothing was accepted before, so that only rest is known of the arm, and as many
-    /// indices were given to commands that an earlier connection dropped.
+    /// For an arm that is only known to be at rest, because nothing was accepted before: the number
+    /// of indices given to commands that an earlier connection dropped.
     fresh: Option<u64>,
     /// True if a read is submitted behind each command, not only behind one.
     reads: bool,
@@ -79,7 +79,7 @@ struct World {
     /// Frames under way, with the ticks at which they arrive.
     lines: [VecDeque<(u64, FrameBuf)>; 2],
     mishaps: u32,
-    /// True if this tick was chosen to be without a reset and a Clear.
+    /// True once it is decided whether this tick has a reset, a Clear or a cut.
     calm: bool,
     tickets: HashMap<Ticket, u32>,
     fates: HashMap<u32, Result<u64, Failure>>,
@@ -101,7 +101,8 @@ impl World {
             scope,
             tick: 0,
             host: Connection::new(Settings {
-                // A duplicate of the last command shows only in the left space.
+                // A duplicate of the last command shows only in the left space, so the capacity
+                // must be exact.
                 capacity: if scope.doubles {
                     scope.places as u32
                 } else {
@@ -288,8 +289,8 @@ impl World {
         }
     }
 
-    /// True if an index may be reported differently: the first one of an arm at rest, which may be
-    /// too low by the number of dropped commands.
+    /// True if a command with this `index` may be reported with index `told`. On an arm at rest the
+    /// first one may be too low by the number of dropped commands.
     fn is_told(&self, index: u64, told: u64) -> bool {
         (told..=told + self.scope.fresh.unwrap_or(0)).contains(&index)
     }
@@ -408,11 +409,12 @@ impl World {
         let gap = self.fates.values().filter_map(from).min();
         // A reset clears the whole queue, duplicates included.
         let reported = self.reported || gap.is_some() || self.resets > 0;
-        // A second copy at the end of the queue that was cleared shows when the next command is
-        // taken.
+        // A second copy of the last command that a Clear dropped shows only when the next command
+        // is taken.
         let last = |number: &u32| accepted.iter().filter(|(taken, _)| taken == number).count() > 1;
         let cleared = self.cleared && accepted.last().is_some_and(|(number, _)| last(number));
-        // A finished copy of the first command looks like a dropped number.
+        // On an arm at rest, a finished second copy of the first command looks like an index that
+        // an earlier Clear dropped.
         let first =
             self.scope.fresh.is_some() && accepted.first().is_some_and(|(number, _)| last(number));
         let excused = self.doubled && (reported || cleared || first);
@@ -653,7 +655,7 @@ pub(super) fn the_first_command_of_an_arm_at_rest_is_taken_once_or_reported() {
                 ..SERIAL
             };
             report("serial, at rest", serial);
-            // After an early reset the first indices equal those before.
+            // No resets: after an early one the first indices would equal those before it.
             let datagrams = Scope {
                 settings: DATAGRAMS.settings,
                 doubles: true,

@@ -15,7 +15,8 @@ const HOLDS: Settings = Settings {
     ..Settings::DATAGRAMS
 };
 
-/// Numbered queued commands, and reads whose reply identifies the request.
+/// Sends numbered queued commands, and reads whose replies identify their requests. Returns how
+/// many commands were uncertain, and how many exchanges took place.
 fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
     let mut fates = HashMap::new();
     let (mut uncertain, mut exchanges) = (0, 0);

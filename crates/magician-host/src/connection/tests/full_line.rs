@@ -1,5 +1,5 @@
-//! A line of 115200 baud, to the byte and in virtual time: its utilisation, and the delay of a
-//! stop.
+//! A line of 115200 baud, simulated to the byte in virtual time: its utilisation, and the delay of
+//! a stop.
 
 use std::time::Duration;
 
@@ -20,7 +20,7 @@ const BAUD: u32 = 115_200;
 /// Time of the 23 bytes of a CP command on the line, us.
 const CP_TIME: Micros = 1_997;
 
-/// A host on a paced line, with the instants at which frames begin to pass.
+/// A host and an arm on a line of [`BAUD`], in virtual time.
 pub(super) struct Paced {
     pub(super) host: Connection,
     arm: Runner,
@@ -37,7 +37,7 @@ pub(super) struct Paced {
     pub(super) takes_one: bool,
     /// Frames that the arm accepted and has not answered.
     unanswered: u32,
-    /// Frames lost for that reason.
+    /// Frames lost because the arm had not answered the previous one.
     pub(super) lost: u32,
 }
 

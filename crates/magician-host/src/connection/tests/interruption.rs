@@ -79,7 +79,7 @@ fn an_arm_whose_clock_was_never_read_may_have_been_switched_off_meanwhile() {
     pair.pull_cable();
     pair.power_cycle();
     pair.put_cable_back();
-    // The first index of the new arm equals the last one of the other arm.
+    // The first index after the power cycle equals the last one before it.
     assert_eq!(index_of(&pair.ask(wait(60_000), SECOND).unwrap()), 1);
     assert_eq!(index_of(&pair.ask(wait(60_000), SECOND).unwrap()), 2);
 }

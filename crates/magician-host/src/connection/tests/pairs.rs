@@ -29,7 +29,7 @@ struct Run {
     reads: usize,
     slowest_read: Micros,
     failures: Vec<Failure>,
-    /// Largest number of frames in flight.
+    /// Frames lost by an arm that accepts one at a time.
     lost: u32,
 }
 

@@ -17,7 +17,7 @@ const NOTICED: [(PlantedBug, fn()); 11] = [
     ),
     (
         PlantedBug::AcceptGaps,
-        super::doubts::a_wrong_index_is_not_believed,
+        super::doubts::wrong_index_leaves_command_uncertain,
     ),
     (
         PlantedBug::ResendBlindly,
@@ -45,7 +45,7 @@ const NOTICED: [(PlantedBug, fn()); 11] = [
     ),
     (
         PlantedBug::JudgeInWindow,
-        super::doubts::a_request_lost_in_a_window_is_not_made_up_for_behind_the_next,
+        super::doubts::request_lost_in_a_window_is_not_resent_after_the_next,
     ),
 ];
 

@@ -90,7 +90,7 @@ fn a_silent_port_ends_every_call_by_its_deadline() {
         let home = Request::set(&HomeCmd { reserved: 0 }).unwrap();
         assert!(pair.ask(home, SECOND).is_err());
     }
-    // When the line is restored, it works at once.
+    // Once the line carries frames again, requests are answered.
     pair.set_faults(Faults::default());
     assert!(pair.ask(get_di(3), 10 * SECOND).is_ok());
 }

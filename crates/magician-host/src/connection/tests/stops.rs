@@ -91,7 +91,8 @@ pub(super) fn what_was_lost_before_a_stop_is_not_sent_after_it() {
 
 #[test]
 pub(super) fn a_clear_that_goes_out_again_finds_nothing_that_was_accepted_meanwhile() {
-    // On an ordered link the reading after a Clear shows that the reply was lost.
+    // Over datagrams, because on an ordered link the reading after a Clear shows that the reply was
+    // lost.
     let mut pair = ready(Settings::DATAGRAMS, 19);
     let deadline = pair.now + 20 * SECOND;
     let clear = magician_protocol::commands::QueuedCmdClear {};

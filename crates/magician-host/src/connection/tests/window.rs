@@ -38,7 +38,8 @@ fn check(pair: &Pair) {
     assert!(confirmed.0 <= taken);
 }
 
-/// Sends numbered commands with reads in between until a gap. Returns the confirmed commands.
+/// Sends numbered commands with reads in between until a gap. Returns the number of the last
+/// confirmed command, and the gap.
 fn stream(pair: &mut Pair, polls: bool) -> (u64, Option<Failure>) {
     let mut tickets: Vec<(u64, Ticket)> = Vec::new();
     for number in BASE + 1..=BASE + 100 {

@@ -61,7 +61,7 @@ fn ratio(velocity_ratio: f32) -> PtpCommonParams {
 }
 
 #[test]
-fn what_was_read_or_set_is_known_until_it_may_change() {
+fn value_read_or_set_is_known_until_it_may_change() {
     let mut rig = Rig::default();
     rig.reads(&ratio(40.0));
     assert_eq!(rig.ratio(), Some(40.0));
@@ -81,7 +81,7 @@ fn queued_set_takes_effect_when_executed() {
     rig.sets(ratio(40.0));
     rig.queues(5, ratio(70.0));
     rig.finishes(4);
-    // In between, the arm may change it at any time.
+    // Until command 5 has finished, the arm may change the ratio at any time.
     rig.reads(&ratio(40.0));
     assert_eq!(rig.ratio(), None);
     rig.queues(6, ratio(90.0));
@@ -98,7 +98,7 @@ fn queued_set_takes_effect_when_executed() {
 }
 
 #[test]
-fn a_queue_that_goes_on_after_a_lost_line_changes_settings_still() {
+fn queue_still_changes_settings_after_a_lost_line() {
     let mut rig = Rig::default();
     rig.queues(5, ratio(70.0));
     rig.0.forget();
@@ -161,7 +161,7 @@ fn frames_without_settings_change_no_setting_and_unknown_frames_change_all() {
 }
 
 #[test]
-fn it_keeps_a_bounded_number_of_values() {
+fn number_of_remembered_values_is_bounded() {
     let mut rig = Rig::default();
     for query in 0..=255_u8 {
         let row = <IoMultiplexing as Readable>::ROW;

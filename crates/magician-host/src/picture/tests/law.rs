@@ -94,7 +94,7 @@ fn program(seed: u64, lossy: bool) -> u32 {
     bench.wait(60_000_000);
     bench.read::<QueuedCmdCurrentIndex>();
     if lossy {
-        // Only this shows that an unanswered command is not in the queue.
+        // Only a stop shows that an unanswered command is not in the queue.
         stop(&mut bench);
     } else {
         bench.set(build::laser(false));

@@ -16,7 +16,8 @@ use crate::picture::{PictureEvent, QueueLook, QueuedPace};
 
 const SECOND: Micros = 1_000_000;
 
-/// An arm without alarms whose queue runs. It has executed a command: the index after 0 is 2.
+/// An arm without alarms whose queue runs. It has executed a command, because its first index is 2
+/// and only later indices are consecutive.
 fn running() -> PictureRig {
     let mut rig = PictureRig::new(1);
     rig.set(ClearAllAlarmsState {});
@@ -28,7 +29,7 @@ fn running() -> PictureRig {
     rig
 }
 
-fn away() -> Set {
+fn move_away() -> Set {
     build::move_to(220.0, 60.0, 20.0, 0.0)
 }
 
@@ -37,7 +38,7 @@ fn current(rig: &PictureRig) -> u64 {
 }
 
 /// A reading of the queue, as the driver makes it.
-fn look(rig: &mut PictureRig) -> QueueLook {
+fn read_queue(rig: &mut PictureRig) -> QueueLook {
     let before = rig.picture.standing().writes_sent();
     rig.read::<QueuedCmdLeftSpace>();
     rig.read::<QueuedCmdCurrentIndex>();
@@ -56,7 +57,7 @@ fn look(rig: &mut PictureRig) -> QueueLook {
 fn queued_motion_is_in_flight_until_its_index_is_read() {
     let mut rig = running();
     assert!(!rig.picture.motion().is_moving());
-    rig.queue(away());
+    rig.queue(move_away());
     rig.wait(5 * SECOND);
     assert!(rig.picture.motion().is_moving());
     rig.read::<QueuedCmdCurrentIndex>();
@@ -66,7 +67,7 @@ fn queued_motion_is_in_flight_until_its_index_is_read() {
 #[test]
 fn command_that_waits_to_be_sent_and_program_under_way_are_in_flight() {
     let mut rig = running();
-    let request = FrameBuf::set(&away(), Ctrl::QUEUED).unwrap();
+    let request = FrameBuf::set(&move_away(), Ctrl::QUEUED).unwrap();
     rig.picture.handed_over(&request.frame());
     assert!(rig.picture.motion().is_moving());
     rig.picture.returned(&request.frame());
@@ -76,10 +77,10 @@ fn command_that_waits_to_be_sent_and_program_under_way_are_in_flight() {
 }
 
 #[test]
-fn queue_runs_from_where_its_start_goes_out_whether_that_is_answered_or_not() {
+fn queue_counts_as_running_once_its_start_is_sent() {
     let mut rig = running();
     rig.set(QueuedCmdStopExec {});
-    rig.queue(away());
+    rig.queue(move_away());
     assert!(!rig.picture.motion().is_moving() && rig.picture.motion().stopped());
     let start = FrameBuf::set(&QueuedCmdStartExec {}.into(), Ctrl::SET).unwrap();
     rig.picture.sent(rig.pair.now, &start.frame());
@@ -90,7 +91,7 @@ fn queue_runs_from_where_its_start_goes_out_whether_that_is_answered_or_not() {
 #[test]
 fn uncertain_command_is_in_flight_until_the_queue_is_cleared_and_has_ended() {
     let mut rig = running();
-    let request = FrameBuf::set(&away(), Ctrl::QUEUED).unwrap();
+    let request = FrameBuf::set(&move_away(), Ctrl::QUEUED).unwrap();
     let failure = Failure::Uncertain {
         from: None,
         to: None,
@@ -108,9 +109,9 @@ fn uncertain_command_is_in_flight_until_the_queue_is_cleared_and_has_ended() {
 }
 
 #[test]
-fn stopped_arm_brakes_until_it_is_seen_to_stand_after_that_stop() {
+fn stopped_arm_counts_as_braking_until_seen_at_rest() {
     let mut rig = running();
-    rig.queue(away());
+    rig.queue(move_away());
     rig.wait(SECOND / 5);
     assert!(rig.pair.arm.state().moving);
     let before = rig.picture.motion().stops();
@@ -126,11 +127,11 @@ fn stopped_arm_brakes_until_it_is_seen_to_stand_after_that_stop() {
 }
 
 #[test]
-fn clear_drops_the_own_commands_and_the_one_under_way_goes_on() {
+fn clear_drops_waiting_commands_and_keeps_the_current_one() {
     let mut rig = running();
-    rig.queue(away());
+    rig.queue(move_away());
     rig.queue(build::home());
-    rig.queue(away());
+    rig.queue(move_away());
     let first = current(&rig) + 1;
     assert_eq!(rig.picture.own().waiting(current(&rig), false), 3);
     assert!(rig.picture.own().homes(QueuedCmdIndex(first + 1)));
@@ -150,19 +151,19 @@ fn command_that_runs_is_known_unless_another_program_may_be_before_it() {
     let pause = QueuedPace::Pause(Duration::from_secs(3));
     let own = |rig: &PictureRig, current| rig.picture.own().running(current);
     assert_eq!(own(&rig, current), Some(pause));
-    rig.picture.accepted(current + 3, Some(&away()));
+    rig.picture.accepted(current + 3, Some(&move_away()));
     assert_eq!(own(&rig, current + 1), None, "one of another's comes first");
     rig.picture.queue_is_empty();
-    rig.picture.accepted(current + 6, Some(&away()));
+    rig.picture.accepted(current + 6, Some(&move_away()));
     assert_eq!(own(&rig, current + 3), Some(QueuedPace::Motion));
 }
 
 #[test]
-fn commands_of_the_own_run_do_not_wait_for_another_start() {
+fn commands_of_a_run_do_not_wait_for_the_next_start() {
     let mut rig = running();
     let current = current(&rig);
-    rig.queue(away());
-    rig.picture.accepted(current + 2, Some(&away()));
+    rig.queue(move_away());
+    rig.picture.accepted(current + 2, Some(&move_away()));
     assert_eq!(rig.picture.own().waiting(current, false), 1);
     assert_eq!(rig.picture.own().waiting(current, true), 2);
 }
@@ -171,8 +172,8 @@ fn commands_of_the_own_run_do_not_wait_for_another_start() {
 fn reset_reports_the_dropped_indices_and_clears_the_picture() {
     let mut rig = running();
     let before = current(&rig);
-    rig.queue(away());
-    rig.queue(away());
+    rig.queue(move_away());
+    rig.queue(move_away());
     rig.set(build::motor(Stepper::Stepper1, 5_000));
     rig.read::<PtpCommonParams>();
     assert_eq!(rig.picture.motors().running().count(), 1);
@@ -198,12 +199,12 @@ fn belt_runs_until_it_is_switched_off() {
 }
 
 #[test]
-fn command_of_another_program_that_has_finished_ends_what_is_believed() {
+fn finished_foreign_command_discards_known_settings() {
     let mut rig = running();
-    rig.queue(away());
+    rig.queue(move_away());
     rig.wait(5 * SECOND);
     rig.read::<PtpCommonParams>();
-    let seen = look(&mut rig);
+    let seen = read_queue(&mut rig);
     let setting = |rig: &PictureRig| -> Option<PtpCommonParams> {
         rig.picture.setting(rig.pair.now, &NoArgs)
     };
@@ -218,7 +219,7 @@ fn command_of_another_program_that_has_finished_ends_what_is_believed() {
 }
 
 #[test]
-fn setting_is_believed_of_an_arm_that_shows_resets_and_for_a_second_on_a_shared_line() {
+fn known_setting_needs_visible_resets_and_expires_on_a_shared_line() {
     let mut rig = running();
     let setting = |rig: &PictureRig, after: Micros| -> Option<PtpCommonParams> {
         rig.picture.setting(rig.pair.now + after, &NoArgs)
@@ -231,7 +232,7 @@ fn setting_is_believed_of_an_arm_that_shows_resets_and_for_a_second_on_a_shared_
         None,
         "its index would be 0 after a reset, too"
     );
-    rig.queue(away());
+    rig.queue(move_away());
     assert!(setting(&rig, 60 * SECOND).is_some());
     rig.picture = rig.picture.on_shared_line(true);
     assert!(setting(&rig, SECOND / 2).is_some());
@@ -239,9 +240,9 @@ fn setting_is_believed_of_an_arm_that_shows_resets_and_for_a_second_on_a_shared_
 }
 
 #[test]
-fn look_at_the_queue_holds_for_a_moment_and_until_something_is_sent() {
+fn queue_reading_is_fresh_briefly_and_until_a_write() {
     let mut rig = running();
-    look(&mut rig);
+    read_queue(&mut rig);
     let fresh = |rig: &PictureRig, after| {
         rig.picture
             .standing()
@@ -249,19 +250,19 @@ fn look_at_the_queue_holds_for_a_moment_and_until_something_is_sent() {
             .is_some()
     };
     assert!(fresh(&rig, SECOND / 20) && !fresh(&rig, SECOND / 5));
-    rig.queue(away());
+    rig.queue(move_away());
     assert!(!fresh(&rig, 0));
 }
 
 #[test]
-fn place_where_the_arm_was_left_holds_until_it_may_have_moved() {
+fn rest_pose_is_known_until_the_arm_may_have_moved() {
     let mut rig = running();
-    rig.queue(away());
+    rig.queue(move_away());
     rig.wait(5 * SECOND);
     rig.read::<Pose>();
     let pose = rig.picture.snapshot().readings;
     assert_eq!(pose, None, "the left space was not read");
-    let seen = look(&mut rig);
+    let seen = read_queue(&mut rig);
     let pose = rig.picture.snapshot().readings.unwrap().pose;
     let left = |rig: &mut PictureRig| {
         let now = rig.pair.now;
@@ -290,7 +291,7 @@ fn place_where_the_arm_was_left_holds_until_it_may_have_moved() {
     rig.set(build::tool(crate::ToolBias::PEN));
     assert_eq!(stands(&rig, 0), (false, true));
     left(&mut rig);
-    rig.set(away());
+    rig.set(move_away());
     assert_eq!(
         stands(&rig, 0),
         (false, false),
@@ -320,7 +321,7 @@ fn alarms_are_believed_for_a_second_unless_one_holds_the_queue_or_they_were_clea
 }
 
 #[test]
-fn cleared_alarm_and_finished_commands_are_told() {
+fn cleared_alarm_and_finished_commands_are_reported() {
     let mut rig = PictureRig::new(1);
     rig.read::<AlarmsState>();
     rig.read::<QueuedCmdCurrentIndex>();
@@ -363,9 +364,9 @@ fn arm_that_was_seen_to_home_is_homed_until_the_line_is_lost() {
 }
 
 #[test]
-fn place_where_a_stop_put_the_laser_out_is_known_until_a_command_is_queued() {
+fn laser_off_pose_of_a_stop_is_known_until_a_command_is_queued() {
     let mut rig = running();
-    rig.queue(away());
+    rig.queue(move_away());
     rig.wait(SECOND / 5);
     let stopped = rig.pair.now;
     rig.set(QueuedCmdForceStopExec {});
@@ -382,7 +383,7 @@ fn place_where_a_stop_put_the_laser_out_is_known_until_a_command_is_queued() {
     );
     rig.picture.lost();
     assert_eq!(rig.picture.lights_out(), Some(seen));
-    rig.queue(away());
+    rig.queue(move_away());
     assert_eq!(rig.picture.lights_out(), None);
     rig.set(build::laser(false));
     rig.picture.lost();

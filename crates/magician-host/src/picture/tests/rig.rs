@@ -11,7 +11,7 @@ use crate::faults::Faults;
 use crate::pair::Pair;
 use crate::picture::{ArmPicture, GripperState, Origin, PictureEvent};
 
-/// Time longer than that of an answered request.
+/// Timeout of a request, longer than any answered request takes, us.
 const PATIENCE: Micros = 2_000_000;
 
 /// A host with a picture and a virtual arm in virtual time.
@@ -157,7 +157,7 @@ impl PictureRig {
             self.picture,
             self.log
         );
-        // Once it is unknown, readings do not show which of the two has the pump.
+        // After a lapse, readings do not show whether suction cup or gripper has the pump.
         if self.picture.snapshot().lapses == 0 {
             let is = (state.suction.commanded, state.gripper.commanded);
             let gripper = told.gripper.map(|gripper| gripper == GripperState::Closed);

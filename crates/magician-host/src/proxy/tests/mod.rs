@@ -45,7 +45,7 @@ impl Asker {
             let pin = frame.frame().params()[0];
             let at = self.waiting.iter().position(|(asked, _)| *asked == pin);
             let at = at.unwrap_or_else(|| panic!("{} was given pin {pin}", self.number));
-            // In its own order: the requests before it were not answered.
+            // Replies keep the order of the requests, so the requests before it got none.
             self.given_up += at as u32;
             self.waiting.drain(..=at);
             self.answered += 1;
@@ -86,8 +86,8 @@ fn every_client_gets_its_answers_and_no_others() {
             askers.iter().for_each(|asker| bench.open(asker.number));
             while bench.now < 20_000 * MS {
                 askers.iter_mut().for_each(|asker| asker.turn(&mut bench));
-                // If everything is lost at once, only the polling clients have something to wait
-                // for.
+                // If all frames are lost at once, the next event is a timeout of a client, so a
+                // step takes at most 1 s.
                 bench.step(bench.now + 1_000 * MS);
             }
             let counts: Vec<u32> = askers.iter().map(|asker| asker.answered).collect();
@@ -319,7 +319,8 @@ fn unanswered(event: &Event) -> bool {
     matches!(event, Event::Unanswered { .. })
 }
 
-/// Only of a pin, because the reply to a fence may be late as well.
+/// True for an unclaimed reply about a pin. The reply to a fence may be late as well, and does not
+/// count.
 fn unclaimed(event: &Event) -> bool {
     let pin = <IoDo as Readable>::ROW.id;
     matches!(event, Event::Unclaimed { frame } if frame.frame().id() == pin)
@@ -434,7 +435,6 @@ fn missing_reply_is_given_up_after_a_minute() {
     let mut bench = ProxyRig::with_clients(1);
     bench.faults.lose = 1_000;
     bench.say(0, &get_output(1));
-    // An unanswered request is given up after a minute.
     bench.run_for(59_000 * MS);
     assert_eq!(count(&bench, unanswered), 0);
     bench.run_for(2_000 * MS);

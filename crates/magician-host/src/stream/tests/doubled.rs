@@ -25,7 +25,7 @@ fn only_absolute_targets_may_be_executed_twice() {
             "{command:?}"
         );
     }
-    // A setting is not a motion, but even a dark one burns under a lit laser.
+    // Even a segment without power burns while the switched laser is lit.
     assert!(!Entry::new(segment(there, 1000), true).tolerates_duplicate());
 }
 
@@ -38,7 +38,7 @@ fn leftover_is_sorted_by_index_after_a_duplicated_command() {
             ..StreamSettings::default()
         };
         let mut rig = Rig::new(Settings::ORDERED, settings, &program);
-        while rig.told < taken as u64 {
+        while rig.reported_accepted < taken as u64 {
             rig.turn(SECOND);
         }
         let next = rig.stream.last_index().unwrap() + 1;

@@ -38,7 +38,7 @@ fn fate(dice: &mut Dice, index: u64) -> Fate {
     }
 }
 
-/// Counts for any marks, computed from the list.
+/// Asserts that the counts for any marks equal those computed from the list.
 fn check(entries: &Entries, current: u64, confirmed: Option<u64>) {
     assert!(entries.is_counted(), "{entries:?}");
     let unfinished = || (entries.iter()).filter(|one| one.index().is_some_and(|at| at > current));

@@ -164,7 +164,7 @@ fn a_caller_who_only_fills_the_queue_finds_it_as_it_was() {
         start: false,
         ..StreamSettings::default()
     };
-    // More than the horizon, but not more than there are places.
+    // Longer than the horizon, and more commands than there are places.
     let program: Vec<_> = (1..40).map(|at| wait(500 + at, [0.0; 3])).collect();
     let mut rig = Rig::new(Settings::ORDERED, settings, &program);
     while rig.pair.now < 5 * SECOND {

@@ -1,5 +1,5 @@
-//! A line of 115200 baud, to the byte and in virtual time: a supply of short segments with pauses
-//! of the host.
+//! Streams of short segments over a line of 115200 baud, simulated to the byte in virtual time,
+//! with a host that pauses.
 //!
 //! The virtual arm slows down when its queue gets short, because it must be able to stop at the
 //! end. These tests use an arm that does not: every segment takes its time, whatever follows.
@@ -19,7 +19,7 @@ const PLACES: u64 = 32;
 /// Time from the last byte of a request to the first of its reply, us.
 const TURNAROUND: Micros = 1_000;
 
-/// Direction of the line.
+/// One direction of the line.
 #[derive(Default)]
 struct Wire {
     /// Instant at which it is free, ns.
@@ -264,8 +264,8 @@ fn starvation_is_reported_when_the_arm_outpaces_the_line() {
 
 #[test]
 fn readings_leave_a_full_line_to_the_commands() {
-    // There is always room, and every reading displaces a command. In a window readings serve as
-    // settle points.
+    // Window 1, because larger windows need readings as settle points. There is always room in the
+    // queue, so a reading only displaces a command.
     let drawn = draw(1, 4_000, SECOND / 1_000, 0);
     println!(
         "readings {:.4}, left space {:.2}/s",

@@ -71,7 +71,7 @@ fn longest_of(program: &[Item]) -> u64 {
 
 #[test]
 fn a_host_that_dies_leaves_the_switched_laser_dark_within_a_second_and_a_segment() {
-    // Three segments per second, and as many as there are places.
+    // About three segments per second, and about twenty.
     for (step, count) in [(1.0, 40), (0.02, 150)] {
         let program = switched(count, step);
         let (longest, lit) = engrave(&program, StreamSettings::default());
@@ -115,8 +115,8 @@ fn a_path_whose_laser_is_not_trusted_goes_in_chunks_too() {
     assert!(longest <= 1_000_000 + longest_of(&path), "{longest}");
 }
 
-/// Runs a program and asserts that the command which switches the laser off is queued whenever it
-/// burns.
+/// Runs a program and asserts that whenever the laser burns, the command that switches it off is in
+/// the queue.
 fn is_never_lit_without_its_end(rig: &mut Rig) {
     let mut lit = false;
     while !rig.stream.is_over() {
@@ -153,7 +153,7 @@ fn a_short_engraving_behind_commands_of_others_is_not_started_in_parts_either() 
     is_never_lit_without_its_end(&mut rig);
 }
 
-/// Speed limit at which a segment of this length takes this long.
+/// Limits the speed of the arm's path segments, mm/s.
 fn slow(rig: &mut Rig, speed: f32) {
     let speeds = CpParams {
         plan_acc: 100.0,
@@ -226,7 +226,7 @@ fn long_segments_are_cut(settings: StreamSettings) {
     assert!(!settings.dark_at_rest || took < 41_500_000, "{took}");
 }
 
-/// A segment to a point, as an increment.
+/// A relative segment by this increment, mm, with the power of the given one.
 fn relative(command: Set, [x, y, z]: [f32; 3]) -> Set {
     let Set::CpLeCmd(segment) = command else {
         panic!()

@@ -50,7 +50,7 @@ fn nothing_goes_into_a_queue_from_which_commands_are_missing() {
     }
     let clear = FrameBuf::new(QueuedCmdClear::ROW.id, Ctrl::SET, &[]).unwrap();
     rig.pair.arm.receive(LinkId(7), clear.bytes());
-    // The first reading began with left space, and nothing was sent since its reply.
+    // The first reading after the Clear begins with left space; nothing is sent after that reply.
     let cleared = rig.pair.heard.len();
     let reads = |frame: &FrameBuf| frame.frame().id() == QueuedCmdCurrentIndex::ROW.id;
     while !rig.pair.heard[cleared..].iter().any(reads) {

@@ -27,8 +27,8 @@ fn recoveries(rig: &Rig) -> usize {
     rig.events.iter().filter(recovered).count()
 }
 
-/// Asserts that the program's line was drawn: each command ran once and in order, and lost ones lie
-/// on a line that was drawn.
+/// Asserts that the program's line was drawn: no command ran twice or out of order, and the targets
+/// of lost ones lie on a line that was drawn.
 fn same_line(done: &[usize], program: &[Item]) {
     assert!(done.is_sorted_by(|one, next| one < next), "{done:?}");
     assert_eq!(done.last(), Some(&(program.len() - 1)), "{done:?}");
@@ -85,7 +85,8 @@ fn with_loss(program: &[Item], request: bool, after: usize) -> Rig {
     rig
 }
 
-/// Loss while the queue is filled, and while the arm runs.
+/// Losses of a request (true) or of a reply, each after a number of commands taken: while the queue
+/// is filled, and while the arm runs.
 const LOSSES: [(bool, usize); 5] = [(true, 10), (false, 10), (true, 47), (false, 48), (true, 90)];
 
 #[test]
@@ -97,7 +98,7 @@ fn a_loss_between_others_leaves_the_line() {
         rig.run(120 * SECOND).unwrap();
         same_line(&rig.done(&program), &program);
         assert_eq!(recoveries(&rig), 1, "{request} {after}");
-        assert_eq!(rig.told, program.len() as u64);
+        assert_eq!(rig.reported_accepted, program.len() as u64);
     }
 }
 
@@ -114,9 +115,9 @@ fn corners() -> Vec<Item> {
         places.extend((1..=5).map(|at| [x - 2.0 + 0.3 * f64::from(at), y + 1.0, 0.0]));
         places.push([x - 0.5, y + 1.0, 9.0 + f64::from(stroke)]);
     }
-    // Corners take a fraction of that: the queue runs dry, and a command behind a loss begins
-    // before the loss shows. Only the short segments and the last lift have fractional x
-    // coordinates.
+    // Corners take a fraction of the 3 s given here. So the queue runs dry, and a command behind a
+    // loss begins before the loss shows. Only the short segments and the last lift of a stroke have
+    // fractional x coordinates.
     let time = |[x, ..]: &[f64; 3]| if x.fract() == 0.0 { 3 * SECOND } else { 1_000 };
     places
         .into_iter()

@@ -30,7 +30,7 @@ fn resumed(program: &[Item], turn: usize) -> Option<Rig> {
 }
 
 #[test]
-fn a_program_interrupted_at_any_instant_goes_on_with_every_command_once_and_in_order() {
+fn interrupted_program_runs_every_command_once_in_order() {
     let program = mixed();
     let all: Vec<_> = (0..program.len()).collect();
     let (mut turn, mut whole) = (0, 0);
@@ -45,7 +45,7 @@ fn a_program_interrupted_at_any_instant_goes_on_with_every_command_once_and_in_o
         match outcome {
             Ok(()) => {
                 assert_eq!(done, all, "turn {turn}");
-                assert_eq!(rig.told, program.len() as u64, "turn {turn}");
+                assert_eq!(rig.reported_accepted, program.len() as u64, "turn {turn}");
                 whole += 1;
             }
             Err(failure) => println!("turn {turn}: {failure}"),
@@ -81,7 +81,7 @@ fn two_interruptions_are_no_worse_than_one() {
 }
 
 #[test]
-fn an_engraving_interrupted_at_any_instant_goes_on_and_ends_dark() {
+fn interrupted_engraving_completes_and_ends_with_laser_off() {
     let lit = |at: usize| Item {
         laser: true,
         ..segment(along(1.0, at), rest_to_rest(1.0, at))
@@ -111,7 +111,7 @@ fn an_engraving_interrupted_at_any_instant_goes_on_and_ends_dark() {
 }
 
 #[test]
-fn an_arm_that_was_moved_meanwhile_is_not_driven_on() {
+fn program_is_not_resumed_on_a_moved_arm() {
     let program = mixed();
     for turn in [40, 70, 100] {
         let mut rig = broken(&program, turn).unwrap();
@@ -132,7 +132,7 @@ fn an_arm_that_was_moved_meanwhile_is_not_driven_on() {
 }
 
 #[test]
-fn an_arm_that_was_reset_meanwhile_is_not_driven_on() {
+fn program_is_not_resumed_on_a_reset_arm() {
     let program = mixed();
     let mut turn = 0;
     while let Some(mut rig) = broken(&program, turn) {
@@ -175,7 +175,7 @@ fn resuming_at_an_unknown_pose_needs_the_callers_pose() {
 }
 
 #[test]
-fn commands_of_another_host_do_not_pass_for_ones_of_the_program() {
+fn commands_of_another_host_do_not_count_as_program_commands() {
     let program = mixed();
     let mut rig = broken(&program, 60).unwrap();
     let wait = FrameBuf::new(110, magician_protocol::Ctrl::QUEUED, &[1, 0, 0, 0]).unwrap();

@@ -24,7 +24,7 @@ pub(super) struct Rig {
     pub(super) feed: VecDeque<Item>,
     pub(super) events: Vec<StreamEvent>,
     /// Number of commands of the program that the controller has taken, as last reported.
-    pub(super) told: u64,
+    pub(super) reported_accepted: u64,
     /// Indices in the order in which the arm began them.
     pub(super) started: Vec<u64>,
 }
@@ -37,7 +37,7 @@ impl Rig {
             settings,
             feed: program.iter().copied().collect(),
             events: Vec::new(),
-            told: 0,
+            reported_accepted: 0,
             started: Vec::new(),
         }
     }
@@ -68,7 +68,7 @@ impl Rig {
         self.stream.advance(self.pair.now, &mut self.pair.host);
         while let Some(event) = self.stream.poll_event() {
             if let StreamEvent::Sent { accepted, .. } = event {
-                self.told = accepted;
+                self.reported_accepted = accepted;
             }
             self.events.push(event);
         }
@@ -175,7 +175,7 @@ pub(super) fn params(item: &Item) -> Vec<u8> {
     frame.frame().params().to_vec()
 }
 
-/// Settings for a queue that runs already.
+/// Starts the queue before the stream begins.
 pub(super) fn started(mut rig: Rig) -> Rig {
     rig.pair
         .ask(Request::set(&QueuedCmdStartExec {}).unwrap(), SECOND)
@@ -265,7 +265,7 @@ pub(super) fn along(step: f64, count: usize) -> [f64; 3] {
     bent(7.0, step, count)
 }
 
-/// The same with lines that bend like a sine of this length.
+/// The same on a sine curve whose phase advances by one radian per `length`, mm.
 fn bent(length: f64, step: f64, count: usize) -> [f64; 3] {
     let there = count as f64 * step;
     [
@@ -292,7 +292,7 @@ pub(super) fn path(count: usize, step: f64, time: u64) -> Vec<Item> {
         .collect()
 }
 
-/// A program of commands of all kinds, all of them different.
+/// A program of jumps, waits and increments, all of them different.
 pub(super) fn mixed() -> Vec<Item> {
     let mut at = [210.0, 0.0, 0.0];
     let mut all = vec![jump(at, 400_000)];

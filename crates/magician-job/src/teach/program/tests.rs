@@ -103,8 +103,8 @@ fn arc_depends_on_the_preceding_step() {
     program.next_suction().unwrap();
     program.arc_through(&pose(220.0));
     program.store(&pose(240.0));
-    let from_anywhere = [0, 1, 2].map(|step| program.is_independent_of_start(step));
-    assert_eq!(from_anywhere, [true, true, false]);
+    let independent = [0, 1, 2].map(|step| program.is_independent_of_start(step));
+    assert_eq!(independent, [true, true, false]);
     assert_eq!(
         [0, 1, 2].map(|step| program.plan_steps_before(step)),
         [0, 1, 3]
@@ -121,9 +121,12 @@ fn plan_of_steps_converts_back_to_the_same_steps() {
     program.next_travel().unwrap();
     let plan = program.plan(0);
     assert_eq!(plan.steps.len(), 5);
-    let again = ProgramModel::from_plan(&plan);
-    assert_eq!((&again.steps, again.tool), (&program.steps, program.tool));
-    assert!(again.is_saved() && !program.is_saved());
+    let converted = ProgramModel::from_plan(&plan);
+    assert_eq!(
+        (&converted.steps, converted.tool),
+        (&program.steps, program.tool)
+    );
+    assert!(converted.is_saved() && !program.is_saved());
     let steps = [0, 1, 2, 3, 4, 5].map(|step| program.step_at(0, step));
     assert_eq!(steps, [Some(0), Some(1), Some(2), Some(2), Some(2), None]);
     assert_eq!(
@@ -159,9 +162,9 @@ fn playback_file_round_trips_through_the_model() {
     program.rename("pick").unwrap();
     let playback = Playback::from_plan(&program.plan(0)).unwrap();
     let read = Playback::read(playback.to_xml().as_bytes()).unwrap();
-    let again = ProgramModel::from_plan(&read.to_plan().content);
-    assert_eq!(names(&again), ["P1", "pick"]);
-    let suction: Vec<_> = again.steps.iter().map(|step| step.suction).collect();
+    let converted = ProgramModel::from_plan(&read.to_plan().content);
+    assert_eq!(names(&converted), ["P1", "pick"]);
+    let suction: Vec<_> = converted.steps.iter().map(|step| step.suction).collect();
     assert_eq!(suction, [Some(false), Some(true)]);
-    assert_eq!(again.steps[1].motion, program.steps[1].motion);
+    assert_eq!(converted.steps[1].motion, program.steps[1].motion);
 }

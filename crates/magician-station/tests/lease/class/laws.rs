@@ -60,8 +60,8 @@ impl Model {
                 )?;
             }
             self.check_turn(arm, before, event)?;
-            let mut line = model.line.iter();
-            let ready = line.any(|(_, session)| self.is_in_slot_of(arm, *session));
+            let mut queue = model.queue.iter();
+            let ready = queue.any(|(_, session)| self.is_in_slot_of(arm, *session));
             let idle = self.is_idle(arm) && model.lease.is_none() && self.turn(arm).is_none();
             must(
                 !ready || !idle || model.frozen,
@@ -158,7 +158,7 @@ impl Model {
         let turn = turn.is_none_or(|(person, ..)| Some(person) == claim.person);
         must(own && turn, "a job begins beside nobody else's turn")?;
         let of = |(_, session): &&(JobId, SessionId)| Self::person(*session) == claim.person;
-        let first = arm.line.iter().find(of).map(|(job, _)| *job);
+        let first = arm.queue.iter().find(of).map(|(job, _)| *job);
         must(first == Some(claim.job), "jobs keep their order")
     }
 

@@ -75,7 +75,7 @@ pub(crate) struct Arm {
     pub(crate) paused: bool,
     pub(crate) frozen: bool,
     /// Waiting jobs by arrival, and their sessions.
-    pub(crate) line: Vec<(JobId, SessionId)>,
+    pub(crate) queue: Vec<(JobId, SessionId)>,
 }
 
 #[derive(Clone)]
@@ -180,7 +180,7 @@ impl Explored for Model {
                 if !second && self.arm(arm).moves.is_empty() {
                     out.push(Move(session, arm));
                 }
-                if !second && self.arm(arm).line.len() < JOBS {
+                if !second && self.arm(arm).queue.len() < JOBS {
                     out.push(QueueJob(session, arm));
                 }
                 if !second && self.arm(arm).job.is_none() && !self.arm(arm).paused {
@@ -213,7 +213,7 @@ impl Explored for Model {
         for arm in &self.arms {
             let moves: Vec<_> = arm.moves.values().collect();
             (arm.lease, moves, arm.job, arm.paused, arm.frozen).hash(&mut hasher);
-            arm.line.hash(&mut hasher);
+            arm.queue.hash(&mut hasher);
         }
         hasher.finish()
     }

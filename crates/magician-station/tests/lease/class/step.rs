@@ -29,7 +29,7 @@ impl Model {
         use Event::*;
         let now = self.now;
         let request = self.request();
-        let speaks = match event {
+        let sender = match event {
             Acquire(session, _)
             | Release(session, _)
             | KeepAlive(session)
@@ -41,9 +41,9 @@ impl Model {
             }
             _ => None,
         };
-        if let Some(session) = speaks {
+        if let Some(session) = sender {
             self.control.control.keep_alive(now, session);
-            // Effects of the sign of life come first.
+            // Effects of this keep-alive are carried out before the event.
             self.carry_out_all(event, request, false)?;
         }
         match event {
@@ -55,7 +55,7 @@ impl Model {
                     .acquire(now, session, arm, request, AT_ONCE);
             }
             Release(session, arm) => {
-                // The sign of life may have passed the lease on.
+                // The keep-alive may have passed the lease on.
                 if self.arm(arm).lease == Some(session) {
                     let mut ended = Vec::new();
                     for (id, arm) in ARMS.into_iter().zip(&mut self.arms) {
@@ -113,11 +113,11 @@ impl Model {
                 self.set_job_phase(arm, None);
             }
             QueueJob(session, arm) => {
-                let line = &mut self.arm_mut(arm).line;
+                let queue = &mut self.arm_mut(arm).queue;
                 let mut numbers = (0..).map(|number| JobId(10 + 10 * arm.0 + number));
-                let job = numbers.find(|job| line.iter().all(|(known, _)| known != job));
+                let job = numbers.find(|job| queue.iter().all(|(known, _)| known != job));
                 let job = job.expect("numbers do not end");
-                line.push((job, session));
+                queue.push((job, session));
                 let person = Self::person(session);
                 self.control.queue_job(JobClaim { job, arm, person });
             }
@@ -150,10 +150,10 @@ impl Model {
             while let Some(claim) = self.control.next_job(self.now, arm) {
                 self.check_begun(claim)?;
                 let model = self.arm_mut(arm);
-                let mut line = model.line.iter();
-                let at = line.position(|(job, _)| *job == claim.job);
+                let mut queue = model.queue.iter();
+                let at = queue.position(|(job, _)| *job == claim.job);
                 let at = at.ok_or("a job begins once")?;
-                let (_, session) = model.line.remove(at);
+                let (_, session) = model.queue.remove(at);
                 model.job = Some(session);
                 self.set_job_phase(arm, Some(JobPhase::Active));
             }
@@ -183,11 +183,11 @@ impl Model {
     fn carry_out(&mut self, effect: Effect, event: Event, request: RequestId) -> Checked {
         match effect {
             Effect::Granted {
-                request: of,
+                request: answered,
                 arm,
                 lease,
             } => {
-                must(of == request, "a request is answered once")?;
+                must(answered == request, "a request is answered once")?;
                 let session = match event {
                     Event::Acquire(session, _) => session,
                     _ => TEACHER,
@@ -211,7 +211,9 @@ impl Model {
                 self.arm_mut(arm).lease = Some(session);
                 Ok(())
             }
-            Effect::Denied { request: of, .. } => must(of == request, "a request is answered once"),
+            Effect::Denied {
+                request: answered, ..
+            } => must(answered == request, "a request is answered once"),
             Effect::Holder { arm, holder } => {
                 if holder.is_none() {
                     self.arm_mut(arm).lease = None;

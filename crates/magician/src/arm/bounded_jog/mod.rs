@@ -263,7 +263,7 @@ impl BoundedJog {
     }
 
     async fn go_on(&mut self, pieces: &mut Pieces) -> Result<JogEnd> {
-        let (mut moved, mut gone_before) = (Instant::now(), 0.0);
+        let (mut moved, mut covered_before) = (Instant::now(), 0.0);
         // True once the last piece ends at a limit.
         let mut at_limit = false;
         loop {
@@ -279,10 +279,10 @@ impl BoundedJog {
                 Ok(place) => place?,
                 Err(why) => return Ok(why),
             };
-            let gone = pieces.saw(place);
-            let left = pieces.sent - gone;
-            if gone > gone_before + POSITION_TOLERANCE || left <= POSITION_TOLERANCE {
-                (moved, gone_before) = (Instant::now(), gone);
+            let covered = pieces.update_position(place);
+            let left = pieces.sent - covered;
+            if covered > covered_before + POSITION_TOLERANCE || left <= POSITION_TOLERANCE {
+                (moved, covered_before) = (Instant::now(), covered);
             } else if moved.elapsed() > BLOCKED_AFTER {
                 let alarms = self.arm.alarms().await?;
                 return if alarms.blocking() {
@@ -296,7 +296,7 @@ impl BoundedJog {
                 return Ok(JogEnd::Limit);
             }
             let pause = match pieces.next() {
-                Ok(length) if !at_limit => match pieces.cut(length) {
+                Ok(length) if !at_limit => match pieces.piece_within_limits(length) {
                     Ok((command, course, by)) => {
                         self.has_sent = true;
                         match self.unless_over(self.send(&command)).await {

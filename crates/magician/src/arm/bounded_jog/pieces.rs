@@ -12,10 +12,10 @@ use crate::build::{self, Axis, JogDirection};
 use crate::preflight::Preflight;
 
 /// Factor by which a piece that would cross a limit is shortened, repeatedly. Choice.
-const CUT: f32 = 0.5;
+const SHORTENING_FACTOR: f32 = 0.5;
 /// Shortest piece after shortening, mm or degrees. Choice: the jog ends within 0.05 mm of its
 /// limit.
-const LEAST: f32 = 0.05;
+const MIN_PIECE_LENGTH: f32 = 0.05;
 
 /// Pieces of a bounded jog.
 pub(super) struct Pieces {
@@ -25,7 +25,7 @@ pub(super) struct Pieces {
     /// Start position on the axis.
     pub(super) from: f64,
     /// Distance from the start at which the arm was last seen.
-    gone: f64,
+    covered: f64,
     /// Total length of the pieces sent.
     pub(super) sent: f64,
     /// Unfinished pieces: length, and distance of the end from the start.
@@ -39,7 +39,7 @@ impl Pieces {
             pace,
             course,
             from,
-            gone: 0.0,
+            covered: 0.0,
             sent: 0.0,
             under_way: VecDeque::new(),
         }
@@ -47,15 +47,19 @@ impl Pieces {
 
     /// Stores a position on the axis, drops finished pieces, and returns the distance from the
     /// start.
-    pub(super) fn saw(&mut self, place: f64) -> f64 {
-        let way = place - self.from;
-        self.gone = if self.direction.forward { way } else { -way };
+    pub(super) fn update_position(&mut self, place: f64) -> f64 {
+        let offset = place - self.from;
+        self.covered = if self.direction.forward {
+            offset
+        } else {
+            -offset
+        };
         while let Some((_, end)) = self.under_way.front()
-            && *end <= self.gone + POSITION_TOLERANCE
+            && *end <= self.covered + POSITION_TOLERANCE
         {
             self.under_way.pop_front();
         }
-        self.gone
+        self.covered
     }
 
     /// Returns the length of the next piece, or as `Err` the time until the next position read, s.
@@ -63,22 +67,22 @@ impl Pieces {
         self.pace
             .next(self.under_way.iter().map(|(length, end)| Piece {
                 length: *length,
-                left: (end - self.gone).clamp(0.0, *length),
+                left: (end - self.covered).clamp(0.0, *length),
             }))
     }
 
     /// Returns a piece of at most this length, the check advanced past it, and its length. The
     /// piece is halved until it crosses no limit.
-    pub(super) fn cut(&self, length: f64) -> Result<(Set, Preflight, f64)> {
+    pub(super) fn piece_within_limits(&self, length: f64) -> Result<(Set, Preflight, f64)> {
         let mut by = length as f32;
         loop {
             let command = piece(self.direction, by);
             let mut course = self.course.clone();
             match course.check(&command) {
                 Ok(_) => return Ok((command, course, by.into())),
-                Err(error) if by * CUT < LEAST => return Err(error),
+                Err(error) if by * SHORTENING_FACTOR < MIN_PIECE_LENGTH => return Err(error),
                 // Halving finds a piece that ends before the limit within a few checks.
-                Err(_) => by *= CUT,
+                Err(_) => by *= SHORTENING_FACTOR,
             }
         }
     }

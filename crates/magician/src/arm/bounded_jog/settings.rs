@@ -17,12 +17,12 @@ use super::pace::{Pace, PieceEnd};
 use crate::arm::driver::sets_going;
 use crate::arm::fenced_jog::{jog_of, jog_rates};
 use crate::arm::link::Link;
-use crate::arm::shared::held;
+use crate::arm::shared::lock;
 use crate::arm::{Arm, SettingsBackup, Shared};
 use crate::build::{self, JogDirection};
 use crate::connection::Request;
 use crate::gate::JogId;
-use crate::{Error, ErrorCode, ErrorKind, Result};
+use crate::{Error, ErrorCode, ErrorKind, Result, message};
 
 /// Bounded jogs of a connection.
 #[derive(Clone, Copy, Debug, Default)]
@@ -137,7 +137,7 @@ impl Arm {
             let mut jogs = shared.bounded.subscribe();
             let over = jogs.wait_for(|jogs| !shared.ends_bounded(jogs));
             if timeout_at(deadline, over).await.is_err() {
-                let message = "it was not sent: a jog has not come to its end";
+                let message = message!("it was not sent: a jog has not come to its end");
                 return Err(Error::new(ErrorCode::NotSent, message));
             }
             self.ask_until(request, deadline).await
@@ -147,11 +147,11 @@ impl Arm {
     /// Restores the settings that a jog has changed and still owes.
     pub(super) async fn restore_settings(&self) -> Result<()> {
         // Taken out before the await: no lock is held while the arm is asked.
-        let mut owed = std::mem::take(&mut *held(&self.inner.shared.owed));
+        let mut owed = std::mem::take(&mut *lock(&self.inner.shared.owed));
         let mut again = owed.clone();
         let restored = owed.restore(self).await;
         if restored.is_err() {
-            let mut owed = held(&self.inner.shared.owed);
+            let mut owed = lock(&self.inner.shared.owed);
             again.append(std::mem::take(&mut *owed));
             *owed = again;
         }
@@ -205,7 +205,9 @@ pub(super) async fn set_pace(
             settings.jog_rail = arm.known().setting().await?;
             settings.jog_common = arm.known().setting().await?;
             let jog = settings.rail_jog().ok_or_else(|| {
-                Error::invalid("speeds on the rail and their ratios must be above 0")
+                Error::invalid(message!(
+                    "speeds on the rail and their ratios must be above 0"
+                ))
             })?;
             // The limits of a rail are unknown, so its jog speed is never exceeded.
             let pace = Pace::new(PieceEnd::AtRest, jog, jog, within, law);
@@ -217,7 +219,7 @@ pub(super) async fn set_pace(
     let before = SettingsBackup::read(arm, &settings).await?;
     for (setting, before) in settings.iter().zip(before.settings()) {
         if setting != before {
-            held(&arm.inner.shared.owed).save(*before);
+            lock(&arm.inner.shared.owed).save(*before);
             arm.set_any(setting).await?;
         }
     }

@@ -104,7 +104,7 @@ impl Driver {
         match done.to {
             ReplyTarget::Caller(reply) => drop(reply.send(result)),
             ReplyTarget::Halt(number) => self.halt_answered(number, result.map(drop)),
-            ReplyTarget::Settling => self.settles(result.map(drop)),
+            ReplyTarget::Settling => self.handle_settling_answer(result.map(drop)),
             ReplyTarget::Poll => self.polled(),
             ReplyTarget::Jog(reply, jog) => self.jog_began(result.map(drop), reply, jog),
             ReplyTarget::JogStop => self.jog_stopped(result),

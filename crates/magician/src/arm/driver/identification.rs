@@ -46,9 +46,9 @@ pub(super) struct Identification {
     clearing: Option<Clearing>,
     /// True if a stop has to clear the queue, because the arm did not come to rest in time.
     to_stop: bool,
-    darkens: bool,
+    switches_laser_off: bool,
     /// Pose at which the laser was switched off.
-    darkness: Option<LaserOffTracker>,
+    laser_off_pose: Option<LaserOffTracker>,
     /// Unanswered read of the pose.
     pose: Option<Ticket>,
     /// Set until the identity was requested; true if the serial number is needed too.
@@ -57,18 +57,18 @@ pub(super) struct Identification {
     version: Option<Ticket>,
     serial: Option<Ticket>,
     /// Serial number in the answer.
-    said: Option<String>,
+    serial_number: Option<String>,
 }
 
 /// Identity of the arm: its serial number, or `None` if it was not asked for or the arm has none.
 /// The error says why no arm was identified.
-pub(super) type Met = Result<Option<String>, String>;
+pub(super) type IdentityResult = Result<Option<String>, String>;
 
 impl Identification {
     /// Starts identification on a line. With `ask_serial` the serial number is read as well, for
-    /// comparison with the known one. The requests in `dark`, which switch the laser off, are sent
-    /// first.
-    pub(super) fn new(now: Micros, line: Line, ask_serial: bool, dark: Vec<Request>) -> Self {
+    /// comparison with the known one. The requests in `laser_off`, which switch the laser off, are
+    /// sent first.
+    pub(super) fn new(now: Micros, line: Line, ask_serial: bool, laser_off: Vec<Request>) -> Self {
         let settings = Settings {
             // An unknown arm may not take requests back to back.
             window: 1,
@@ -77,11 +77,11 @@ impl Identification {
         let mut identification = Self {
             wire: Wire::new(line.transport),
             connection: Connection::new(settings),
-            darkens: !dark.is_empty(),
-            darkness: (!dark.is_empty()).then(|| LaserOffTracker::with_pose_asked(now)),
+            switches_laser_off: !laser_off.is_empty(),
+            laser_off_pose: (!laser_off.is_empty()).then(|| LaserOffTracker::with_pose_asked(now)),
             pose: None,
             laser_off_requests: Vec::new(),
-            clearing: (!dark.is_empty()).then(|| Clearing {
+            clearing: (!laser_off.is_empty()).then(|| Clearing {
                 rest: RestDetector::default(),
                 due: now,
                 until: now.saturating_add(MOTION_END),
@@ -90,16 +90,16 @@ impl Identification {
             asks: Some(ask_serial),
             version: None,
             serial: None,
-            said: None,
+            serial_number: None,
         };
-        identification.laser_off_requests = (dark.into_iter())
+        identification.laser_off_requests = (laser_off.into_iter())
             .map(|request| {
                 identification
                     .connection
                     .submit(request.deadline(until(now)))
             })
             .collect();
-        if identification.darkens {
+        if identification.switches_laser_off {
             // The pose is read after those requests, at stop priority, which waits for no other
             // request.
             let pose = Request::get::<Pose>(&NoArgs).ok();
@@ -183,18 +183,22 @@ impl Identification {
         self.connection.poll_timeout().into_iter().chain(pose).min()
     }
 
-    pub(super) fn let_time_pass(&mut self, now: Micros) {
+    pub(super) fn handle_timeout(&mut self, now: Micros) {
         if self.connection.poll_timeout().is_some_and(|at| at <= now) {
             self.connection.handle_timeout(now);
         }
     }
 
     /// Reads and writes; returns whether anything happened, and the identity once it is known.
-    pub(super) fn go_on(&mut self, cx: &mut Context<'_>, now: Micros) -> (bool, Option<Met>) {
+    pub(super) fn poll(
+        &mut self,
+        cx: &mut Context<'_>,
+        now: Micros,
+    ) -> (bool, Option<IdentityResult>) {
         let read = self.wire.read(cx, now, &mut self.connection);
         let wrote = self.wire.write(cx, now, &mut self.connection, |_| {});
-        if let Some(met) = self.hear(now) {
-            return (true, Some(met));
+        if let Some(identity) = self.handle_events(now) {
+            return (true, Some(identity));
         }
         let asked = self.ask(now);
         match (read, wrote) {
@@ -204,7 +208,7 @@ impl Identification {
         }
     }
 
-    fn hear(&mut self, now: Micros) -> Option<Met> {
+    fn handle_events(&mut self, now: Micros) -> Option<IdentityResult> {
         while let Some(event) = self.connection.poll_event() {
             let Event::Done { ticket, result } = event else {
                 continue;
@@ -214,8 +218,8 @@ impl Identification {
                 let pose = result
                     .ok()
                     .and_then(|reply| reply.frame().read::<Pose>().ok());
-                if let (Some(darkness), Some(pose)) = (&mut self.darkness, pose) {
-                    darkness.see(now, pose);
+                if let (Some(laser_off_pose), Some(pose)) = (&mut self.laser_off_pose, pose) {
+                    laser_off_pose.see(now, pose);
                 }
                 if let (Some(clearing), Some(pose)) = (&mut self.clearing, pose) {
                     clearing.rest.see(now, pose);
@@ -233,17 +237,17 @@ impl Identification {
                 self.laser_off_requests.swap_remove(at);
             } else if self.version.take_if(|asked| *asked == ticket).is_none() {
                 self.serial = None;
-                self.said = serial_number(reply.frame().params());
+                self.serial_number = serial_number(reply.frame().params());
             }
         }
         let asked = [self.version, self.serial, self.pose];
         let known = self.asks.is_none() && asked.iter().all(Option::is_none);
-        known.then(|| Ok(self.said.take()))
+        known.then(|| Ok(self.serial_number.take()))
     }
 
     /// True if the laser was switched off, and the queue cleared or left to a stop.
-    pub(super) fn darkens(&self) -> bool {
-        self.darkens
+    pub(super) fn switches_laser_off(&self) -> bool {
+        self.switches_laser_off
     }
 
     /// True if a stop has to clear the queue.
@@ -252,8 +256,8 @@ impl Identification {
     }
 
     /// Returns the pose at which the laser was switched off, as far as known.
-    pub(super) fn darkness(&self) -> Option<LaserOffTracker> {
-        self.darkness
+    pub(super) fn laser_off_pose(&self) -> Option<LaserOffTracker> {
+        self.laser_off_pose
     }
 
     pub(super) fn into_wire(self) -> Wire {

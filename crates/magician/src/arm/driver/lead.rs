@@ -91,7 +91,7 @@ impl Driver {
             let to = if slow { LeapTo::Instant } else { LeapTo::Rest };
             let comes = is_due(&mut self.leading.step, now, patience);
             if let Some(supply) = &program.supply {
-                supply.set_stands(slow && !comes);
+                supply.set_clock_waiting(slow && !comes);
             }
             return comes.then_some((STEP, to));
         }
@@ -99,7 +99,7 @@ impl Driver {
         let ends = program.stream.wants_room() || program.stream.is_out_of_commands();
         self.leading.step = None;
         if let Some(supply) = &program.supply {
-            supply.set_stands(false);
+            supply.set_clock_waiting(false);
         }
         Some((most, if ends { LeapTo::End } else { LeapTo::Rest }))
     }

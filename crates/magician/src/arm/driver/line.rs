@@ -62,7 +62,7 @@ pub(super) struct Lost {
     since: Instant,
     error: StoredIoError,
     /// Description of another arm found in its place, if any.
-    pub(super) stranger: Option<String>,
+    pub(super) other_arm: Option<crate::Message>,
 }
 
 /// I/O error that can be recreated any number of times, which [`io::Error`] cannot.
@@ -70,7 +70,7 @@ enum StoredIoError {
     System(i32),
     Kind(io::ErrorKind),
     /// Error of a stream supplied by the caller.
-    Told(io::ErrorKind, String),
+    Custom(io::ErrorKind, String),
 }
 
 impl From<&io::Error> for StoredIoError {
@@ -78,7 +78,7 @@ impl From<&io::Error> for StoredIoError {
         match (error.raw_os_error(), error.get_ref()) {
             // A system code recreates the error exactly; only custom errors need their text.
             (Some(code), _) => Self::System(code),
-            (None, Some(told)) => Self::Told(error.kind(), told.to_string()),
+            (None, Some(text)) => Self::Custom(error.kind(), text.to_string()),
             (None, None) => Self::Kind(error.kind()),
         }
     }
@@ -89,7 +89,7 @@ impl StoredIoError {
         match self {
             Self::System(code) => io::Error::from_raw_os_error(*code),
             Self::Kind(kind) => (*kind).into(),
-            Self::Told(kind, told) => io::Error::new(*kind, told.as_str()),
+            Self::Custom(kind, text) => io::Error::new(*kind, text.as_str()),
         }
     }
 }
@@ -128,9 +128,9 @@ impl State {
         }
     }
 
-    pub(super) fn let_time_pass(&mut self, now: Micros) {
+    pub(super) fn handle_timeout(&mut self, now: Micros) {
         if let Stage::Identifying(identification) = &mut self.stage {
-            identification.let_time_pass(now);
+            identification.handle_timeout(now);
         }
     }
 }
@@ -157,7 +157,7 @@ impl Driver {
             };
         }
         // A shutdown does not wait for a reconnect.
-        !self.leaving && self.look_for_it(cx, now)
+        !self.leaving && self.search_line(cx, now)
     }
 
     pub(super) fn write(&mut self, cx: &mut Context<'_>) -> bool {
@@ -185,10 +185,10 @@ impl Driver {
         self.line.lost.get_or_insert_with(|| Lost {
             since: Instant::now(),
             error: StoredIoError::from(error),
-            stranger: None,
+            other_arm: None,
         });
         // A line that breaks again before it has settled is searched for less eagerly.
-        self.look_again(if first {
+        self.schedule_search(if first {
             FIRST_RECONNECT_DELAY
         } else {
             RECONNECT_INTERVAL
@@ -202,7 +202,7 @@ impl Driver {
         }
         self.connection.interrupt();
         self.shared.picture().lost();
-        self.shared.remembered().forget();
+        self.shared.identity_cache().forget();
         // A refused access is reported by the call that it ends.
         if first && !self.is_refused() {
             tracing::warn!("{}", self.gone());
@@ -215,7 +215,7 @@ impl Driver {
         true
     }
 
-    pub(super) fn look_again(&mut self, pause: Micros) {
+    pub(super) fn schedule_search(&mut self, pause: Micros) {
         let sought = self.line.opener.is_some();
         let look = self.now().saturating_add(pause);
         self.line.stage = Stage::Lost(sought.then_some(look));
@@ -232,8 +232,8 @@ impl Driver {
         let Some(lost) = &self.line.lost else {
             return Error::new(ErrorCode::LineLost, message!("the line to the arm broke"));
         };
-        if let Some(stranger) = &lost.stranger {
-            return Error::new(ErrorCode::AnotherArm, stranger);
+        if let Some(other_arm) = &lost.other_arm {
+            return Error::new(ErrorCode::AnotherArm, other_arm.clone());
         }
         let source = lost.error.error();
         if self.line.opener.is_none() || self.is_refused() {

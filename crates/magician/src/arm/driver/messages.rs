@@ -98,8 +98,11 @@ impl Driver {
         let over = stops != self.shared.stops();
         if over && sets_going(&frame) {
             // A queue fault since the call began also counts as a stop, and its error says more.
-            let told = self.shared.queue_fault(Some(stops)).map(QueueFault::told);
-            let _ = reply.send(told.unwrap_or_else(|| Err(explain(&frame, Failure::Stopped))));
+            let fault = self
+                .shared
+                .queue_fault(Some(stops))
+                .map(QueueFault::into_result);
+            let _ = reply.send(fault.unwrap_or_else(|| Err(explain(&frame, Failure::Stopped))));
         } else if !self.link_is_up() {
             self.owe(&frame);
             let _ = reply.send(Err(self.gone()));

@@ -124,7 +124,7 @@ pub(super) struct Driver {
     /// True if a stop was requested while the line was lost: it is sent first on the next one.
     owes_halt: bool,
     /// Time at which the arm is asked for its identity.
-    introduction: Option<Micros>,
+    identity_read_at: Option<Micros>,
     /// True during shutdown, after the last handle.
     leaving: bool,
     polls: Polls,
@@ -144,13 +144,13 @@ pub(super) struct Driver {
 }
 
 impl Driver {
-    /// Creates the driver. `opener` reopens the line after a break; `introduce` reads the identity
-    /// of the arm soon after the start.
+    /// Creates the driver. `opener` reopens the line after a break. With `reads_identity` the
+    /// driver reads the identity of the arm soon after the start.
     pub(super) fn new(
         line: Line,
         window: usize,
         opener: Option<Opener>,
-        introduce: bool,
+        reads_identity: bool,
         messages: mpsc::Receiver<Message>,
         (shared, events): (Arc<Shared>, broadcast::Sender<Event>),
     ) -> Self {
@@ -159,7 +159,7 @@ impl Driver {
             ..line.settings
         };
         let begun = shared.begun;
-        let introduce = introduce && opener.is_some();
+        let reads_identity = reads_identity && opener.is_some();
         Self {
             connection: Connection::new(settings),
             line: State::up(line.transport, opener),
@@ -173,7 +173,7 @@ impl Driver {
             halting: Vec::new(),
             halts: 0,
             owes_halt: false,
-            introduction: introduce.then_some(search::IDENTITY_READ_DELAY),
+            identity_read_at: reads_identity.then_some(search::IDENTITY_READ_DELAY),
             leaving: false,
             polls: Polls::default(),
             jogging: Jogging::default(),
@@ -209,7 +209,7 @@ impl Driver {
     /// Runs rounds until there is nothing to do. Bytes that arrive later wake the task.
     fn poll(&mut self, cx: &mut Context<'_>) -> Poll<RoundEnd> {
         self.look_at_clock();
-        self.note_sleep();
+        self.note_suspension();
         if self.was_away() {
             return Poll::Ready(RoundEnd::Away);
         }
@@ -219,7 +219,7 @@ impl Driver {
             }
             // Received bytes come first: they may answer a request that is about to time out.
             let more = self.read_all(cx);
-            self.let_time_pass();
+            self.handle_timeout();
             if !self.leaving
                 && let Some(ended) = self.take_messages(cx)
             {
@@ -228,7 +228,7 @@ impl Driver {
                 self.looked = true;
                 return Poll::Ready(ended);
             }
-            self.let_time_pass();
+            self.handle_timeout();
             self.heed_stop();
             // Answers are delivered before new requests are due, so that these go out in the same
             // round.
@@ -284,7 +284,7 @@ impl Driver {
     }
 
     /// Excludes the time of a suspended process from all deadlines.
-    fn note_sleep(&mut self) {
+    fn note_suspension(&mut self) {
         let (now, since) = (self.now(), self.served);
         // The timer should have fired at `timer_due`; what it is late by is the suspension.
         let late = self.timer_due.take().map_or(0, |at| now.saturating_sub(at));
@@ -294,15 +294,15 @@ impl Driver {
         let slept = now.saturating_sub(since);
         tracing::debug!(slept, "{}: this program was held up", self.shared.name);
         self.connection.note_suspension(since, now);
-        self.shared.note_sleep(slept);
+        self.shared.note_suspension(slept);
     }
 
-    fn let_time_pass(&mut self) {
+    fn handle_timeout(&mut self) {
         let now = self.now();
         if self.connection.poll_timeout().is_some_and(|at| at <= now) {
             self.connection.handle_timeout(now);
         }
-        self.line.let_time_pass(now);
+        self.line.handle_timeout(now);
     }
 
     /// Sends the driver's own requests that are due.
@@ -312,7 +312,7 @@ impl Driver {
         }
         let now = self.now();
         if self.link_is_up() {
-            self.introduce(now);
+            self.read_identity(now);
             self.poll_state(now);
         }
         if self.link_is_open() {
@@ -328,7 +328,7 @@ impl Driver {
         let due = [
             self.connection.poll_timeout(),
             self.line.poll_timeout().filter(|_| !self.leaving),
-            self.introduction.filter(|_| up),
+            self.identity_read_at.filter(|_| up),
             program,
             self.polls.poll_timeout().filter(|_| up),
             self.jog_timeout().filter(|_| open),

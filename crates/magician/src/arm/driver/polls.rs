@@ -14,7 +14,7 @@ use tokio::time::Instant;
 
 use super::{Driver, ReplyTarget, micros};
 use crate::Pin;
-use crate::arm::shared::held;
+use crate::arm::shared::lock;
 use crate::connection::{Micros, Request};
 
 /// State reads that precede the pins.
@@ -77,7 +77,7 @@ impl Driver {
     /// Sends the next state read if it is due, one at a time.
     pub(super) fn poll_state(&mut self, now: Micros) {
         let (period, pins) = {
-            let watches = held(&self.shared.watches);
+            let watches = lock(&self.shared.watches);
             let Some(period) = watches.period() else {
                 // The next watch must not get values from before.
                 (self.polls.next, self.polls.turn, self.polls.told) = (None, 0, None);
@@ -113,7 +113,7 @@ impl Driver {
             return;
         }
         let (period, pins) = {
-            let watches = held(&self.shared.watches);
+            let watches = lock(&self.shared.watches);
             (watches.period().map_or(0, micros), watches.pins().len())
         };
         let ended =

@@ -14,13 +14,14 @@ use magician_protocol::commands::{
 };
 use tokio::time::Instant;
 
-use super::identification::{Identification, Met};
+use super::identification::{Identification, IdentityResult};
 use super::line::{RECONNECT_INTERVAL, Stage};
 use super::{Driver, ReplyTarget};
 use crate::Result;
 use crate::arm::events::Event;
 use crate::arm::link::Link;
 use crate::connection::{Micros, Request};
+use crate::{Message, message};
 
 /// Interval of the attempts after another arm was found. Choice: slower, since a person has to
 /// replug.
@@ -35,7 +36,7 @@ const MAX_SETTLING_TIME: Duration = Duration::from_secs(1);
 
 impl Driver {
     /// Advances the search for the line; true if anything happened.
-    pub(super) fn look_for_it(&mut self, cx: &mut Context<'_>, now: Micros) -> bool {
+    pub(super) fn search_line(&mut self, cx: &mut Context<'_>, now: Micros) -> bool {
         match &mut self.line.stage {
             Stage::Lost(Some(look)) if *look <= now => {
                 let Some(opener) = &mut self.line.opener else {
@@ -50,14 +51,14 @@ impl Driver {
                 };
                 match opened {
                     Ok(line) => {
-                        let dark = self.darkening();
+                        let laser_off = self.laser_off_requests();
                         let is_named = self.shared.picture().serial().is_some();
-                        let identification = Identification::new(now, line, is_named, dark);
+                        let identification = Identification::new(now, line, is_named, laser_off);
                         self.line.stage = Stage::Identifying(identification);
                     }
                     Err(error) => {
                         tracing::debug!(%error, "{}: not found yet", self.shared.name);
-                        self.look_again(RECONNECT_INTERVAL);
+                        self.schedule_search(RECONNECT_INTERVAL);
                     }
                 }
                 true
@@ -66,9 +67,9 @@ impl Driver {
                 if self.owes_halt {
                     identification.stop_instead();
                 }
-                let (busy, met) = identification.go_on(cx, now);
-                if let Some(met) = met {
-                    self.meet(met);
+                let (busy, identity) = identification.poll(cx, now);
+                if let Some(identity) = identity {
+                    self.handle_identity(identity);
                 }
                 busy
             }
@@ -77,18 +78,18 @@ impl Driver {
     }
 
     /// Decides if the line leads to the known arm.
-    fn meet(&mut self, met: Met) {
-        match met {
+    fn handle_identity(&mut self, identity: IdentityResult) {
+        match identity {
             Err(why) => {
                 tracing::debug!("{}: {why}", self.shared.name);
-                self.look_again(RECONNECT_INTERVAL);
+                self.schedule_search(RECONNECT_INTERVAL);
             }
-            Ok(said) => {
+            Ok(serial) => {
                 let known = self.shared.picture().serial().map(str::to_owned);
-                match known.filter(|known| Some(known) != said.as_ref()) {
+                match known.filter(|known| Some(known) != serial.as_ref()) {
                     Some(known) => {
-                        let stranger = self.stranger(&known, said.as_deref());
-                        self.refuse_stranger(stranger);
+                        let other_arm = self.describe_other_arm(&known, serial.as_deref());
+                        self.refuse_other_arm(other_arm);
                     }
                     None => self.settle(),
                 }
@@ -96,25 +97,27 @@ impl Driver {
         }
     }
 
-    fn stranger(&self, known: &str, other: Option<&str>) -> String {
+    fn describe_other_arm(&self, known: &str, other: Option<&str>) -> Message {
         let other = other.map_or_else(
-            || "it has no serial number".to_owned(),
-            |other| format!("its serial number is {other}"),
+            || message!("it has no serial number"),
+            |other| message!("its serial number is {other}", other),
         );
-        format!(
-            "another arm answers at {}: {other}, and this connection is to {known}; plug that one \
-                in again, or reconnect",
-            self.shared.name
+        message!(
+            "another arm answers at {name}: {other}, and this connection is to {known}; plug that \
+                one in again, or reconnect",
+            name = self.shared.name,
+            other,
+            known
         )
     }
 
-    fn refuse_stranger(&mut self, stranger: String) {
-        self.look_again(OTHER_ARM_RETRY_INTERVAL);
+    fn refuse_other_arm(&mut self, other_arm: Message) {
+        self.schedule_search(OTHER_ARM_RETRY_INTERVAL);
         if let Some(lost) = &mut self.line.lost
-            && lost.stranger.as_ref() != Some(&stranger)
+            && lost.other_arm.as_ref() != Some(&other_arm)
         {
-            tracing::warn!("{stranger}");
-            lost.stranger = Some(stranger);
+            tracing::warn!("{other_arm}");
+            lost.other_arm = Some(other_arm);
             self.publish_loss();
         }
     }
@@ -131,9 +134,11 @@ impl Driver {
             Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
             Request::get::<QueuedCmdLeftSpace>(&NoArgs),
         ];
-        let darkened = identification.darkens();
+        let laser_switched_off = identification.switches_laser_off();
         let still_moves = identification.to_stop() && !self.owes_halt;
-        self.shared.picture().found_dark(identification.darkness());
+        self.shared
+            .picture()
+            .found_dark(identification.laser_off_pose());
         self.line.stage = Stage::Settling {
             wire: identification.into_wire(),
             left: requests.len(),
@@ -141,7 +146,7 @@ impl Driver {
         };
         // The connection keeps its indices: they decide which commands the arm has taken.
         self.connection.restored();
-        if darkened {
+        if laser_switched_off {
             self.connection.was_cleared();
             self.shared.cleared();
             tracing::warn!(
@@ -166,7 +171,7 @@ impl Driver {
     }
 
     /// Handles an answer of a reconnected arm.
-    pub(super) fn settles(&mut self, answer: Result<()>) {
+    pub(super) fn handle_settling_answer(&mut self, answer: Result<()>) {
         let Stage::Settling { left, .. } = &mut self.line.stage else {
             return;
         };
@@ -201,8 +206,8 @@ impl Driver {
     }
 
     /// Reads the identity of the arm once, and its clock, which later shows a reset.
-    pub(super) fn introduce(&mut self, now: Micros) {
-        if self.introduction.take_if(|at| *at <= now).is_none() {
+    pub(super) fn read_identity(&mut self, now: Micros) {
+        if self.identity_read_at.take_if(|at| *at <= now).is_none() {
             return;
         }
         let deadline = self.at(now) + ANSWER_TIMEOUT;

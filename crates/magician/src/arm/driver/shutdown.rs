@@ -74,10 +74,10 @@ impl Driver {
         let turning = self.shared.held_motors(moving);
         let motors = motors_off().filter(move |(output, _)| turning.contains(output));
         let motors = motors.map(|(_, request)| request);
-        let Ok([stop, dark, clear]) = Request::halt() else {
+        let Ok([stop, laser_off, clear]) = Request::halt() else {
             return Vec::new();
         };
-        let wanted = [(moving, stop), (laser, dark), (moving, clear)];
+        let wanted = [(moving, stop), (laser, laser_off), (moving, clear)];
         let wanted = wanted.into_iter().filter(|(wanted, _)| *wanted);
         let wanted = wanted.map(|(_, request)| request);
         let pins = self.shared.lowered_pins();
@@ -92,12 +92,12 @@ impl Driver {
 
     /// Returns the first requests on a reconnected line if the laser may have burnt meanwhile:
     /// laser off, queue paused. Empty if it cannot have.
-    pub(super) fn darkening(&self) -> Vec<Request> {
+    pub(super) fn laser_off_requests(&self) -> Vec<Request> {
         if !self.shared.picture().may_be_lit() {
             return Vec::new();
         }
-        let dark = Request::laser_off().into_iter().flatten();
-        dark.chain(self.shared.lowered_pins()).collect()
+        let laser_off = Request::laser_off().into_iter().flatten();
+        laser_off.chain(self.shared.lowered_pins()).collect()
     }
 
     /// Warns that the arm may continue, because the stop was not sent or not confirmed.

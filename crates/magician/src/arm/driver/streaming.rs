@@ -72,7 +72,7 @@ impl Program {
                 Poll::Ready(Some(item)) => {
                     self.offered += 1;
                     self.stream.offer(item).map_err(|refused| {
-                        let error = Error::invalid(refused.to_string());
+                        let error = Error::invalid(refused.sentence());
                         error.with_command(item.command.row().set_name)
                     })?;
                 }
@@ -276,7 +276,7 @@ impl Driver {
             // The remaining failures are answers that contradict each other.
             _ => ErrorCode::BadAnswer,
         };
-        let error = Error::new(code, failure.to_string());
+        let error = Error::new(code, failure.sentence());
         match failure {
             StreamFailure::Unclear { confirmed, found } => {
                 error.between(confirmed.map(|last| last.saturating_add(1)), Some(found))

@@ -10,7 +10,7 @@ use crate::arm::Arm;
 use crate::arm::disruptions::Disruptions;
 use crate::arm::halt::REST_POLL_INTERVAL;
 use crate::preflight::{Guards, Needs, Preflight, Readings};
-use crate::{Action, Error, ErrorCode, Result};
+use crate::{Action, Error, ErrorCode, Message, Result, message};
 
 /// Connection with its fence.
 #[derive(Clone, Copy)]
@@ -42,7 +42,7 @@ impl<'a> FenceCheck<'a> {
                 Ok(None)
             }
             FrameClass::Unknown(_) | FrameClass::Releases if !self.held.bounds_motion() => Ok(None),
-            FrameClass::Unknown(why) => Err(refused(why)),
+            FrameClass::Unknown(why) => Err(refused(&Message::word(why))),
             FrameClass::Releases => self.hold_release(frame, deadline).await.map(Some),
             FrameClass::Governs(command) => {
                 self.check_power(frame)?;
@@ -74,7 +74,7 @@ impl<'a> FenceCheck<'a> {
                 .arm
                 .fenced(Preflight::new(&Readings::default()))
                 .check_power(&command),
-            Err(_) if may => Err(refused("its parameters cannot be read")),
+            Err(_) if may => Err(refused(&message!("its parameters cannot be read"))),
             // A command that never burns may have any parameters.
             Err(_) => Ok(()),
         }
@@ -83,8 +83,9 @@ impl<'a> FenceCheck<'a> {
     async fn take(self, deadline: Instant) -> Result<SendPermit<'a>> {
         let prediction = timeout_at(deadline, self.held.prediction.lock()).await;
         let prediction = prediction.map_err(|_| {
-            let message =
-                "a run is under way, or another call is being checked against the arm's fence";
+            let message = message!(
+                "a run is under way, or another call is being checked against the arm's fence"
+            );
             Error::new(ErrorCode::NotSent, message)
         })?;
         Ok(SendPermit {
@@ -145,10 +146,10 @@ impl<'a> FenceCheck<'a> {
         self.arm.come_to_rest().await?;
         let look = self.arm.known().read_queue().await?;
         if look.waiting() > 0 {
-            return Err(refused(
+            return Err(refused(&message!(
                 "its queue has unchecked commands, waiting or running; wait until they have \
-                    finished",
-            )
+                    finished"
+            ))
             .remedy(Action::Stop, DROPS));
         }
         if self.arm.moving() {
@@ -162,7 +163,7 @@ impl<'a> FenceCheck<'a> {
             .is_ok_and(|rail| rail.with_l.is_on());
         let check = self.arm.read(Needs::all(on_rail), on_rail, &look).await?;
         let Some(start) = check.arm().map(|start| start.pose.to_array()) else {
-            return Err(refused("it moves; wait until it has stopped"));
+            return Err(refused(&message!("it moves; wait until it has stopped")));
         };
         turn.first = true;
         turn.prediction.end = None;
@@ -190,14 +191,13 @@ impl<'a> FenceCheck<'a> {
         let known = turn.prediction.breaks == turn.breaks && turn.prediction.end.is_some();
         let ours = turn.prediction.waiting(current);
         if !known || u64::from(waiting) > ours {
-            let (commands, were) = match waiting {
-                1 => ("1 command waits", "was"),
-                _ => ("commands wait", "were"),
+            let unchecked = match waiting {
+                1 => {
+                    message!("1 command waits in its queue that was not checked from its position")
+                }
+                _ => message!("commands wait in its queue that were not checked from its position"),
             };
-            return Err(refused(&format!(
-                "{commands} in its queue that {were} not checked from its position"
-            ))
-            .remedy(Action::Stop, DROPS));
+            return Err(refused(&unchecked).remedy(Action::Stop, DROPS));
         }
         if frame.id() == QueuedCmdStartExec::ROW.id {
             if self.arm.picture().motion().stopped() {
@@ -207,9 +207,9 @@ impl<'a> FenceCheck<'a> {
         }
         // Commands that an alarm has cut short count as finished, wherever the arm was.
         if self.arm.alarms().await?.blocking() {
-            return Err(refused(
-                "an alarm holds commands in its queue that were planned from another position",
-            )
+            return Err(refused(&message!(
+                "an alarm holds commands in its queue that were planned from another position"
+            ))
             .remedy(Action::Stop, DROPS));
         }
         let before: Pose = self.arm.get().await?;
@@ -232,8 +232,8 @@ impl<'a> FenceCheck<'a> {
         if is_there {
             Ok(())
         } else {
-            let why = "it is not where its last command left it";
-            Err(refused(why).remedy(Action::Stop, DROPS))
+            let why = message!("it is not where its last command left it");
+            Err(refused(&why).remedy(Action::Stop, DROPS))
         }
     }
 
@@ -268,9 +268,9 @@ impl<'a> FenceCheck<'a> {
 const DROPS: &str = "drops the waiting commands";
 
 /// Returns the error for a frame that cannot be checked against a fence.
-fn refused(why: &str) -> Error {
+fn refused(why: &Message) -> Error {
     Error::guarded(
         "fence",
-        format!("this arm has a fence, and {why}; nothing was sent"),
+        message!("this arm has a fence, and {why}; nothing was sent", why),
     )
 }

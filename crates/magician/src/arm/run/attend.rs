@@ -86,7 +86,7 @@ impl<C: CommandSource> Run<C> {
                 None => Stream::new(settings),
             },
         };
-        self.begun = Some(stops);
+        self.stops_at_start = Some(stops);
         let (feed, inlet) = mpsc::channel(CHANNEL_CAPACITY);
         let (show, reached) = cell::channel(self.reached());
         let (end, ending) = oneshot::channel();
@@ -131,18 +131,18 @@ impl<C: CommandSource> Run<C> {
                 biased;
                 end = &mut ending => return end.map_err(|_| Error::closed()),
                 () = &mut look => {
-                    let before = self.ran.commands;
+                    let before = self.summary.commands;
                     let seen = *reached.borrow();
                     self.note(seen);
-                    watch.sent(self.ran.commands, self.ran.last);
+                    watch.sent(self.summary.commands, self.summary.last);
                     // A virtual clock that waits for the source must not count as a stuck arm.
-                    if self.supply.as_ref().is_some_and(|supply| supply.stands()) {
+                    if self.supply.as_ref().is_some_and(|supply| supply.clock_waiting()) {
                         watch.changed();
                     }
                     if on_time {
-                        watch.lasts(Duration::from_micros(self.lasts));
+                        watch.lasts(Duration::from_micros(self.planned_time));
                     }
-                    let flows = self.ran.commands > before;
+                    let flows = self.summary.commands > before;
                     if flows && looked.elapsed() < FLOWING_POLL_INTERVAL {
                         progress(watch.saw(seen.current));
                     } else {
@@ -175,7 +175,7 @@ impl<C: CommandSource> Run<C> {
     /// True if the commands ahead of the arm last long enough for now.
     fn is_far_ahead(&mut self, reached: &mut cell::Receiver<RunProgress>) -> bool {
         let accepted = reached.borrow_and_update().accepted;
-        let long = |lead| self.ahead.is_long(accepted, lead);
+        let long = |lead| self.backlog.is_long(accepted, lead);
         self.options.lead.is_some_and(long)
     }
 
@@ -193,7 +193,7 @@ impl<C: CommandSource> Run<C> {
         // Without permits the task has ended the program, and `ending` reports it.
         let over = match sender.reserve_many(burst as usize).await {
             Ok(permits) => {
-                self.come().await;
+                self.wait_for_command().await;
                 let begun = Instant::now();
                 // A slow source must not block the thread.
                 let mut in_time = permits.take_while(|_| begun.elapsed() < MAX_SOURCE_BLOCKING);
@@ -226,7 +226,7 @@ impl<C: CommandSource> Run<C> {
         begun: Instant,
         current: Option<u64>,
     ) -> Result<Option<Progress>> {
-        if self.ran.last.is_some() {
+        if self.summary.last.is_some() {
             let seen = match current {
                 Some(current) => watch.look_from(&self.arm, current).await,
                 None => watch.look(&self.arm).await,

@@ -74,32 +74,34 @@ pub struct Run<C> {
     /// Shared state with the feeder, if the commands come from one.
     supply: Option<Arc<Supply>>,
     options: RunOptions,
-    /// Check for each command as it comes, and the number checked.
+    /// Check of each command as it comes from the source.
     checks: Option<Preflight>,
+    /// Number of commands checked.
     checked: usize,
     /// Positions and durations of the commands, once needed.
     route: Route,
-    /// Check against the fence, and the start of the first command.
+    /// Check against the fence.
     fenced: Option<Preflight>,
+    /// Position at which the first command begins.
     begins_at: Option<[f64; 4]>,
     planned: bool,
-    /// Commands taken from the source and not handed on.
+    /// Commands taken from the source and not yet sent to the driver task.
     pending: VecDeque<Planned>,
     leftover: Option<Leftover>,
-    /// Stops before the run was submitted; `None` before that, and after it is done.
-    begun: Option<u64>,
-    /// Queue at the start, until something was put into it.
-    look: Option<QueueLook>,
+    /// Stop count at the submission of the run; `None` before the submission and after the end.
+    stops_at_start: Option<u64>,
+    /// State of the queue at the start; `None` once the run has put a command into it.
+    queue_at_start: Option<QueueLook>,
     /// Planned duration of the commands, us.
-    lasts: Micros,
-    /// Commands handed on since the submission.
-    ahead: Backlog,
+    planned_time: Micros,
+    /// Commands sent to the driver task and not yet accepted by the arm.
+    backlog: Backlog,
     /// Stop count of the caller, if the arm was read before the start.
     stops: Option<u64>,
-    ran: RunSummary,
+    summary: RunSummary,
     total: Option<u64>,
-    light: LaserTracker,
-    /// Error of the command before which the run ends.
+    laser: LaserTracker,
+    /// Error of a refused command. The run ends before this command.
     refused: Option<Error>,
     /// Number of clears on reconnected lines at the last submission.
     clears: u64,
@@ -162,14 +164,14 @@ impl<C: CommandSource> Run<C> {
             planned: false,
             pending: VecDeque::new(),
             leftover: None,
-            begun: None,
-            look: None,
-            lasts: 0,
-            ahead: Backlog::default(),
+            stops_at_start: None,
+            queue_at_start: None,
+            planned_time: 0,
+            backlog: Backlog::default(),
             stops: options.stops,
-            ran: RunSummary::default(),
+            summary: RunSummary::default(),
             total,
-            light: LaserTracker::default(),
+            laser: LaserTracker::default(),
             refused: None,
             clears: 0,
         }
@@ -178,7 +180,7 @@ impl<C: CommandSource> Run<C> {
     /// Checks for an alarm at the end: a refused or aborted motion counts as finished, and for the
     /// last one only the alarm shows it. Homing may end under an alarm.
     async fn check_none_refused(&self) -> Result<()> {
-        let last = self.ran.last;
+        let last = self.summary.last;
         if last.is_some_and(|last| self.arm.picture().own().homes(last)) {
             return Ok(());
         }
@@ -189,8 +191,9 @@ impl<C: CommandSource> Run<C> {
         Ok(())
     }
 
-    /// Takes positions and durations of the commands from this check, made before them, instead of
-    /// reading the settings again. For commands that passed [`Preflight::program`].
+    /// Takes positions and durations of the commands from `course`, a check that starts where the
+    /// commands start, instead of reading the settings again. For commands that passed
+    /// [`Preflight::program`].
     pub fn along(mut self, course: Preflight) -> Self {
         self.route = Route::along(course);
         self.planned = true;
@@ -216,8 +219,8 @@ impl<C: CommandSource> Run<C> {
     pub async fn wait(&mut self, mut progress: impl FnMut(Progress)) -> Result<RunSummary> {
         let arm = self.arm.clone();
         let stops = self.stops.take().unwrap_or_else(|| arm.stops());
-        self.may_go_on()?;
-        self.come().await;
+        self.check_not_over()?;
+        self.wait_for_command().await;
         let mut flow = arm.queue().take_turn(arm.call_deadline(), "a run").await?;
         // A run dropped halfway leaves a queue whose room has to be read again.
         flow.room = 0;
@@ -238,14 +241,14 @@ impl<C: CommandSource> Run<C> {
             let moves = self.may_move_arm();
             arm.homing().warn_if_not_homed(moves).await?;
             // If commands of other programs may run, the stream reads the queue itself.
-            self.look = Some(look).filter(|_| !self.options.keep);
+            self.queue_at_start = Some(look).filter(|_| !self.options.keep);
         }
         // Held until the end of the run.
         let _turn = self.within_fence(&arm, begins).await?;
         self.plan().await?;
         self.check_ahead()?;
         if self.leftover.is_none() && self.pending.is_empty() {
-            return Ok(self.ran);
+            return Ok(self.summary);
         }
         let mut watch = Watch::new(self.total, stops).of_stream();
         let (mut feed, reached, ending) = self.hand_over(stops).await?;
@@ -254,8 +257,8 @@ impl<C: CommandSource> Run<C> {
             .attend(&mut feed, &reached, ending, &mut watch, &mut progress)
             .await?;
         self.note(end.reached);
-        self.begun = self.begun.filter(|_| end.outcome.is_err());
-        // The task had taken these from the channel, or not yet; they come before our own.
+        self.stops_at_start = self.stops_at_start.filter(|_| end.outcome.is_err());
+        // Commands that the task returns, and those still in the channel, come before our own.
         if let Some((leftover, mut rest)) = end.rest {
             self.leftover = Some(leftover);
             let mut unseen = VecDeque::new();
@@ -269,11 +272,11 @@ impl<C: CommandSource> Run<C> {
             watch.not_stopped(&arm)?;
             return Err(error);
         }
-        watch.sent(self.ran.commands, self.ran.last);
+        watch.sent(self.summary.commands, self.summary.last);
         progress(watch.at_its_end());
         // Firmware probably turns the laser off at the end of a path, but this is unconfirmed: send
         // it explicitly.
-        if self.light.goes_out() {
+        if self.laser.must_switch_off() {
             arm.set_any(&build::laser(false)).await?;
         }
         if let Some(error) = self.refused.take() {
@@ -282,23 +285,23 @@ impl<C: CommandSource> Run<C> {
         self.check_none_refused().await?;
         self.note_end(handed.elapsed());
         arm.homing().settle().await;
-        Ok(self.ran)
+        Ok(self.summary)
     }
 
     /// True if the run was interrupted and [`wait`](Self::wait) can continue it. A later stop ends
     /// it for good.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {
-        self.leftover.is_some() && self.begun == Some(self.arm.stops())
+        self.leftover.is_some() && self.stops_at_start == Some(self.arm.stops())
     }
 
     /// Returns an error if the run is over: the task has not returned the rest, or a stop has ended
     /// it.
-    fn may_go_on(&self) -> Result<()> {
-        if self.begun.is_none() || self.is_interrupted() {
+    fn check_not_over(&self) -> Result<()> {
+        if self.stops_at_start.is_none() || self.is_interrupted() {
             return Ok(());
         }
-        self.arm.queue_fault(self.begun)?;
+        self.arm.queue_fault(self.stops_at_start)?;
         Err(Error::new(
             ErrorCode::RunOver,
             message!(
@@ -311,22 +314,22 @@ impl<C: CommandSource> Run<C> {
     /// Returns the result so far. Commands count once the arm has accepted them.
     #[must_use]
     pub fn ran(&self) -> RunSummary {
-        self.ran
+        self.summary
     }
 
     /// Returns the progress at an interruption.
     fn reached(&self) -> RunProgress {
-        let indices = self.ran.first.zip(self.ran.last);
+        let indices = self.summary.first.zip(self.summary.last);
         RunProgress {
-            accepted: self.ran.commands,
+            accepted: self.summary.commands,
             indices: indices.map(|(first, last)| (first.0, last.0)),
             current: 0,
         }
     }
 
     fn note(&mut self, reached: RunProgress) {
-        self.ran.commands = reached.accepted;
-        self.ran.first = reached.indices.map(|(first, _)| QueuedCmdIndex(first));
-        self.ran.last = reached.indices.map(|(_, last)| QueuedCmdIndex(last));
+        self.summary.commands = reached.accepted;
+        self.summary.first = reached.indices.map(|(first, _)| QueuedCmdIndex(first));
+        self.summary.last = reached.indices.map(|(_, last)| QueuedCmdIndex(last));
     }
 }

@@ -52,7 +52,7 @@ impl LaserTracker {
     }
 
     /// True if the run has to switch the laser off at its end.
-    pub(super) fn goes_out(self) -> bool {
+    pub(super) fn must_switch_off(self) -> bool {
         self.burnt && !self.left_on
     }
 }
@@ -213,7 +213,7 @@ impl<C: CommandSource> Run<C> {
     /// Returns the known state of the arm before the first command, so that the stream need not
     /// read it.
     pub(super) async fn beginning(&mut self) -> Result<Option<Beginning>> {
-        let Some(look) = self.look.take() else {
+        let Some(look) = self.queue_at_start.take() else {
             return Ok(None);
         };
         // With commands in the queue the state changes before the run begins.
@@ -239,12 +239,12 @@ impl<C: CommandSource> Run<C> {
 
     /// Notes the end of a completed run: the arm is at rest at its end position.
     pub(super) fn note_end(&self, took: Duration) {
-        if let (Some(end), Some(last)) = (self.route.end(), self.ran.last) {
+        if let (Some(end), Some(last)) = (self.route.end(), self.summary.last) {
             self.arm.known().note_standing(last.0, pose_of(end));
         }
         // A single unknown duration makes the sum meaningless.
-        if self.lasts < Micros::MAX {
-            let should = Duration::from_micros(self.lasts);
+        if self.planned_time < Micros::MAX {
+            let should = Duration::from_micros(self.planned_time);
             self.arm.picture().note_pace(should, took);
         }
     }
@@ -293,7 +293,7 @@ impl<C: CommandSource> Run<C> {
     }
 
     /// Waits until the source has a command or ends; the command is kept.
-    pub(super) async fn come(&mut self) {
+    pub(super) async fn wait_for_command(&mut self) {
         if self.pending.is_empty()
             && let Some(command) = poll_fn(|cx| self.poll_source(cx)).await
         {
@@ -349,13 +349,13 @@ impl<C: CommandSource> Run<C> {
             return Poll::Ready(None);
         }
         let command = &planned.command;
-        self.light.note(command, self.arm.laser().burns(command));
+        self.laser.note(command, self.arm.laser().burns(command));
         let item = planned.item.unwrap_or_else(|| self.route.item(command));
         if !planned.given_back {
-            self.lasts = self.lasts.saturating_add(item.time);
+            self.planned_time = self.planned_time.saturating_add(item.time);
         }
         if self.options.lead.is_some() {
-            self.ahead.note(item.time);
+            self.backlog.note(item.time);
         }
         Poll::Ready(Some(item))
     }

@@ -61,13 +61,13 @@ struct State {
     pushed: u64,
     finished: u64,
     /// True while the feeder reports that nothing is ready.
-    rests: bool,
+    feeder_idle: bool,
     /// True while the clock of an arm in virtual time waits for the next command.
-    stands: bool,
+    clock_waiting: bool,
     /// True after the last command.
     ended: bool,
     /// True if the run takes no more.
-    over: bool,
+    closed: bool,
     taker: Option<Waker>,
 }
 
@@ -97,12 +97,12 @@ impl Supply {
     }
 
     /// Stores whether the arm's clock waits for the feeder.
-    pub(in crate::arm) fn set_stands(&self, stands: bool) {
-        self.state().stands = stands;
+    pub(in crate::arm) fn set_clock_waiting(&self, waiting: bool) {
+        self.state().clock_waiting = waiting;
     }
 
-    pub(super) fn stands(&self) -> bool {
-        self.state().stands
+    pub(super) fn clock_waiting(&self) -> bool {
+        self.state().clock_waiting
     }
 
     /// Returns when a stream that was offered `offered` commands may expect the next.
@@ -113,7 +113,7 @@ impl Supply {
         // The feeder is at its limit, so a command has to finish first.
         } else if state.pushed >= state.finished.saturating_add(self.ahead) {
             NextOffer::AfterOne
-        } else if state.rests {
+        } else if state.feeder_idle {
             NextOffer::Later
         } else {
             NextOffer::AtOnce
@@ -136,7 +136,7 @@ impl CommandSource for RunSupply {
         let mut state = self.0.state();
         match state.waiting.pop_front() {
             Some(command) => Poll::Ready(Some(command)),
-            None if state.ended || state.over => Poll::Ready(None),
+            None if state.ended || state.closed => Poll::Ready(None),
             None => {
                 state.taker = Some(cx.waker().clone());
                 Poll::Pending
@@ -146,7 +146,7 @@ impl CommandSource for RunSupply {
 
     fn close(&mut self) {
         let mut state = self.0.state();
-        state.over = true;
+        state.closed = true;
         state.waiting.clear();
         drop(state);
         self.0.changed.notify_waiters();
@@ -187,7 +187,7 @@ impl Feeder {
         let state = self.supply.state();
         let most = state.finished.saturating_add(self.supply.ahead);
         let free = usize::try_from(most.saturating_sub(state.pushed)).unwrap_or(usize::MAX);
-        (!state.over).then_some(free)
+        (!state.closed).then_some(free)
     }
 
     /// Returns the number of finished commands, at the last reading.
@@ -214,8 +214,8 @@ impl Feeder {
     /// of the run it is dropped.
     pub fn push(&self, command: Set) {
         self.supply.change(|state| {
-            state.rests = false;
-            if !state.over {
+            state.feeder_idle = false;
+            if !state.closed {
                 state.pushed += 1;
                 state.waiting.push_back(command);
             }
@@ -231,12 +231,12 @@ impl Feeder {
         let changed = self.supply.changed.notified();
         tokio::pin!(changed);
         changed.as_mut().enable();
-        self.supply.change(|state| state.rests = true);
+        self.supply.change(|state| state.feeder_idle = true);
         // With a full inbox the task is awake anyway, and asks the supply.
         let _ = self.arm.inner.messages.try_send(Message::Wake);
         // Either way the caller decides again; there is no outcome to report.
         let _ = timeout(SOURCE_POLL_INTERVAL, changed).await;
-        self.supply.change(|state| state.rests = false);
+        self.supply.change(|state| state.feeder_idle = false);
     }
 
     /// Ends the program after the pushed commands.

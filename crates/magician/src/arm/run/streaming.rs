@@ -67,7 +67,7 @@ impl Streaming {
     /// Same as [`Arm::run_with`] and [`Run::wait`]. The run cannot be continued.
     pub async fn wait(mut self, progress: impl FnMut(Progress)) -> Result<RunSummary> {
         let run = &mut self.run;
-        run.come().await;
+        run.wait_for_command().await;
         if let Some(first) = run.pending.front() {
             let (arm, first) = (run.arm.clone(), [*first.command()]);
             arm.permission().check(&first)?;

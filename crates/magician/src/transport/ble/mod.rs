@@ -20,8 +20,8 @@ use btleplug::platform::{Adapter, Peripheral};
 use tokio::runtime::Handle;
 use tokio::time::timeout;
 
-use crate::Result;
 use crate::connection::Settings;
+use crate::{Result, message};
 use link::Port;
 
 pub(crate) use link::Link;
@@ -83,14 +83,17 @@ impl Opening<'_> {
         };
         let connected = timeout(CONNECT, connecting).await;
         let connected = connected.unwrap_or(Err(btleplug::Error::TimedOut(CONNECT)));
-        connected.map_err(|error| trouble::of_device(self.wanted, "cannot be connected", error))
+        connected.map_err(|error| {
+            trouble::of_device(self.wanted, &message!("cannot be connected"), error)
+        })
     }
 
     /// Discovers its services and subscribes to notifications.
     async fn prepare(&self, adapter: &Adapter, device: &Peripheral) -> Result<Link> {
         let preparing = async {
-            let failed =
-                |error| trouble::of_device(self.wanted, "does not list its services", error);
+            let failed = |error| {
+                trouble::of_device(self.wanted, &message!("does not list its services"), error)
+            };
             device.discover_services().await.map_err(failed)?;
             let (writes, notifies) = roles::settle(self.wanted, &device.services())?;
             let port = Port {
@@ -107,8 +110,9 @@ impl Opening<'_> {
                 "ble:{}",
                 self.wanted
             );
-            let failed =
-                |error| trouble::of_device(self.wanted, "does not send notifications", error);
+            let failed = |error| {
+                trouble::of_device(self.wanted, &message!("does not send notifications"), error)
+            };
             Link::over(adapter, Arc::new(port), notifies, self.ours)
                 .await
                 .map_err(failed)
@@ -116,7 +120,11 @@ impl Opening<'_> {
         let prepared = timeout(PREPARE, preparing).await;
         prepared.unwrap_or_else(|_| {
             let late = btleplug::Error::TimedOut(PREPARE);
-            Err(trouble::of_device(self.wanted, "cannot be used", late))
+            Err(trouble::of_device(
+                self.wanted,
+                &message!("cannot be used"),
+                late,
+            ))
         })
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use btleplug::api::{CharPropFlags, Characteristic, Service};
 
-use crate::{Error, ErrorCode, Result};
+use crate::{Error, ErrorCode, Message, Result, message};
 
 /// Service of the document's Table 1, and its characteristics for reading and for writing.
 pub(super) const SERVICE: u128 = 0x0003_CDD0_0000_1000_8000_0080_5F9B_0131;
@@ -23,13 +23,15 @@ pub(super) fn settle(
     wanted: &str,
     services: &BTreeSet<Service>,
 ) -> Result<(Characteristic, Characteristic)> {
-    let wrong = |what| Error::new(ErrorCode::NotAnArm, format!("ble:{wanted} {what}"));
+    let wrong = |message: Message| Error::new(ErrorCode::NotAnArm, message);
     let service = services.iter().find(|one| one.uuid.as_u128() == SERVICE);
     let Some(service) = service else {
         let found = list(services.iter().map(|service| service.uuid.to_string()));
-        return Err(wrong(format!(
-            "is not a Magician: it has no service 0003cdd0-0000-1000-8000-00805f9b0131; its \
-                services: {found}"
+        return Err(wrong(message!(
+            "ble:{wanted} is not a Magician: it has no service \
+                0003cdd0-0000-1000-8000-00805f9b0131; its services: {found}",
+            wanted,
+            found
         )));
     };
     let named = |uuid, able: CharPropFlags| {
@@ -48,17 +50,19 @@ pub(super) fn settle(
         let properties = properties.join(" ").to_lowercase().replace('_', "-");
         format!("{} ({properties})", one.uuid)
     }));
-    Err(wrong(format!(
-        "cannot be used: of its characteristics 0003cdd1 and 0003cdd2 one must accept writes and \
-            one must notify, and it has {found}"
+    Err(wrong(message!(
+        "ble:{wanted} cannot be used: of its characteristics 0003cdd1 and 0003cdd2 one must accept \
+            writes and one must notify, and it has {found}",
+        wanted,
+        found
     )))
 }
 
-fn list(all: impl Iterator<Item = String>) -> String {
+fn list(all: impl Iterator<Item = String>) -> Message {
     let all: Vec<_> = all.collect();
     match all.as_slice() {
-        [] => "nothing".to_owned(),
-        all => all.join(", "),
+        [] => message!("nothing"),
+        all => all.join(", ").into(),
     }
 }
 

@@ -9,7 +9,7 @@ use tokio::time::{Instant, sleep};
 
 use super::roles::SERVICE;
 use super::{radio, trouble};
-use crate::{Error, ErrorCode, Result};
+use crate::{Error, ErrorCode, Result, message};
 
 /// Duration of a scan. Choice: devices that save power advertise about every two seconds.
 const SCAN: Duration = Duration::from_secs(10);
@@ -145,13 +145,14 @@ fn not_found(wanted: &str, seen: &[Seen]) -> Error {
     heard.sort_by_key(|one| (!one.arm, one.name.is_none(), one.describe()));
     let heard: Vec<String> = heard.into_iter().map(Seen::describe).collect();
     let heard = match heard.as_slice() {
-        [] => "no devices were found".to_owned(),
-        heard => format!("found: {}", heard.join(", ")),
+        [] => message!("no devices were found"),
+        heard => message!("found: {devices}", devices = heard.join(", ")),
     };
-    let message = format!(
+    let message = message!(
         "no Bluetooth device has the name or address {wanted}; {heard}. Is the arm switched on, \
-            its Bluetooth module \
-         plugged in, and no phone or other computer connected to it?"
+            its Bluetooth module plugged in, and no phone or other computer connected to it?",
+        wanted,
+        heard
     );
     Error::new(ErrorCode::NoArm, message)
 }
@@ -159,10 +160,11 @@ fn not_found(wanted: &str, seen: &[Seen]) -> Error {
 fn several(wanted: &str, seen: &[Seen], indices: &[usize]) -> Error {
     let all = indices.iter().filter_map(|&index| seen.get(index));
     let all: Vec<String> = all.map(Seen::describe).collect();
-    let message = format!(
-        "several Bluetooth devices have the name {wanted}: {}; use the address instead, as in \
-            ble:AA:BB:CC:DD:EE:FF",
-        all.join(", ")
+    let message = message!(
+        "several Bluetooth devices have the name {wanted}: {devices}; use the address instead, as \
+            in ble:AA:BB:CC:DD:EE:FF",
+        wanted,
+        devices = all.join(", ")
     );
     Error::new(ErrorCode::SeveralArms, message)
 }

@@ -2,18 +2,20 @@
 
 use std::time::Duration;
 
-use crate::{Act, Error, ErrorCode};
+use crate::{Act, Error, ErrorCode, Message, message};
 
-fn port(message: impl Into<String>) -> Error {
-    Error::new(ErrorCode::PortFailed, message.into())
+fn port(message: Message) -> Error {
+    Error::new(ErrorCode::PortFailed, message)
 }
 
 pub(super) fn no_adapter() -> Error {
-    port("this computer has no Bluetooth adapter; plug one in, or use USB or Wi-Fi")
+    port(message!(
+        "this computer has no Bluetooth adapter; plug one in, or use USB or Wi-Fi"
+    ))
 }
 
 pub(super) fn switched_off() -> Error {
-    let error = port("Bluetooth is off; switch it on in the settings");
+    let error = port(message!("Bluetooth is off; switch it on in the settings"));
     if cfg!(target_os = "linux") {
         error.remedy(
             Act::System("rfkill unblock bluetooth && bluetoothctl power on".into()),
@@ -25,9 +27,9 @@ pub(super) fn switched_off() -> Error {
 }
 
 pub(super) fn silent(waited: Duration) -> Error {
-    port(format!(
-        "the system's Bluetooth does not answer within {} s",
-        waited.as_secs()
+    port(message!(
+        "the system's Bluetooth does not answer within {seconds} s",
+        seconds = waited.as_secs()
     ))
 }
 
@@ -40,8 +42,9 @@ pub(super) fn of_system(error: btleplug::Error) -> Error {
         return no_adapter();
     }
     if among(&["ServiceUnknown", "NameHasNoOwner", "Spawn."]) {
-        return port(format!(
-            "Bluetooth does not run on this computer ({error}); install bluez"
+        return port(message!(
+            "Bluetooth does not run on this computer ({cause}); install bluez",
+            cause = error.to_string()
         ))
         .remedy(
             Act::System("sudo systemctl enable --now bluetooth".into()),
@@ -49,9 +52,10 @@ pub(super) fn of_system(error: btleplug::Error) -> Error {
         );
     }
     if among(&["FileNotFound", "NoServer"]) || (cfg!(target_os = "linux") && among(&["socket"])) {
-        return port(format!(
-            "the system's D-Bus, which Bluetooth needs, is missing ({error}); in a container, \
-                mount /run/dbus/system_bus_socket"
+        return port(message!(
+            "the system's D-Bus, which Bluetooth needs, is missing ({cause}); in a container, \
+                mount /run/dbus/system_bus_socket",
+            cause = error.to_string()
         ));
     }
     if among(&["AccessDenied", "AuthFailed", "PermissionDenied"]) {
@@ -60,19 +64,28 @@ pub(super) fn of_system(error: btleplug::Error) -> Error {
     if among(&["NotReady"]) {
         return switched_off();
     }
-    port(format!("Bluetooth cannot be used: {error}"))
+    port(message!(
+        "Bluetooth cannot be used: {cause}",
+        cause = error.to_string()
+    ))
 }
 
 fn forbidden(error: &btleplug::Error) -> Error {
-    let permit = if cfg!(target_os = "linux") {
-        ""
+    let cause = error.to_string();
+    let message = if cfg!(target_os = "linux") {
+        message!("no permission to use Bluetooth ({cause})", cause)
     } else if cfg!(target_os = "macos") {
-        "; allow it for the program that runs this one: System Settings, Privacy & Security, \
-            Bluetooth"
+        message!(
+            "no permission to use Bluetooth ({cause}); allow it for the program that runs this \
+                one: System Settings, Privacy & Security, Bluetooth",
+            cause
+        )
     } else {
-        "; allow it in the privacy settings"
+        message!(
+            "no permission to use Bluetooth ({cause}); allow it in the privacy settings",
+            cause
+        )
     };
-    let message = format!("no permission to use Bluetooth ({error}){permit}");
     let error = Error::new(ErrorCode::PortForbidden, message);
     if cfg!(target_os = "linux") {
         error.remedy(
@@ -85,14 +98,22 @@ fn forbidden(error: &btleplug::Error) -> Error {
 }
 
 /// Returns the error for a device that cannot be used.
-pub(super) fn of_device(wanted: &str, what: &str, error: btleplug::Error) -> Error {
+pub(super) fn of_device(wanted: &str, what: &Message, error: btleplug::Error) -> Error {
     let known = format!("{error:?}");
     let guarded = ["Authenti", "NotAuthorized", "NotPermitted", "Insufficient"];
     if guarded.iter().any(|name| known.contains(name)) {
-        let message = format!("ble:{wanted} {what}: {error}; it may need to be paired first");
+        let message = message!(
+            "ble:{wanted} {what}: {cause}; it may need to be paired first",
+            wanted,
+            what,
+            cause = error.to_string()
+        );
         return port(message).remedy(Act::System("bluetoothctl pair ADDRESS".into()), "pairs it");
     }
-    port(format!(
-        "ble:{wanted} {what}: {error}; is it near, and is no phone or other computer connected to it?"
+    port(message!(
+        "ble:{wanted} {what}: {cause}; is it near, and is no phone or other computer connected to it?",
+        wanted,
+        what,
+        cause = error.to_string()
     ))
 }
