@@ -66,7 +66,7 @@ struct ActionResult {
     known: Option<Known>,
     /// State after the action, if that is its outcome.
     reading: Option<crate::ArmReading>,
-    /// True if the action may have changed values that only some readings contain.
+    /// True if the action may have changed values that the driver's status lacks, such as the rail.
     stale: bool,
 }
 

@@ -28,10 +28,10 @@ class Difference(Value):
     """Id of the command."""
     command: str | None
     """The command, as the vendor calls it; ``None`` for an unknown id."""
-    kind: Literal["value", "form", "silent", "answered", "unasked"]
-    """Kind of the difference: ``"value"`` of a field; ``"form"`` of the answer, such as its error bit; ``"silent"``,
-    only the recording has an answer; ``"answered"``, only the virtual arm answers; ``"unasked"``, a recorded answer
-    belongs to no request."""
+    kind: Literal["value", "period", "form", "silent", "answered", "unasked"]
+    """Kind of the difference: ``"value"`` of a field; ``"period"``, a pose of a neighbouring control period;
+    ``"form"`` of the answer, such as its error bit; ``"silent"``, only the recording has an answer; ``"answered"``,
+    only the virtual arm answers; ``"unasked"``, a recorded answer belongs to no request."""
     field: str | None
     """Field whose value differs."""
     recorded: Any

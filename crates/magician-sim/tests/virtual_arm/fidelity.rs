@@ -170,7 +170,7 @@ fn strict_arm_accepts_everyday_commands() {
 
 /// Only choices are refused or kept. Every assumption has a section and a text of its own.
 #[test]
-fn only_kept_choices_state_a_reason() {
+fn only_choices_are_refused_or_kept_and_each_assumption_has_its_text() {
     for assumption in Assumption::ALL {
         let choice = assumption.confidence() == Confidence::Choice;
         assert_eq!(

@@ -1,5 +1,5 @@
-//! Settings that hosts send and the flash does not keep; each parameter set is stored bit for bit
-//! as it was sent.
+//! Settings that hosts send and the flash does not keep. Each parameter set is stored bit for bit
+//! as it was sent, except that speeds above a ceiling are lowered to it before.
 
 use magician_model::MotionSettings;
 use magician_motion::{Pose, Target};
