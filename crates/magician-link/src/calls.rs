@@ -26,8 +26,8 @@ const LITE_CALLS: [&str; 8] = [
 /// Calls of the Magic Box.
 const MAGIC_BOX_CALLS: [&str; 3] = ["DownloadProgram", "CheckBoxSpace", "ClearBoxSpace"];
 
-/// Calls for DobotLink's user interface. There is none here, and programs stop if these calls fail,
-/// so they succeed without effect.
+/// Calls for DobotLink's user interface, which does not exist here. Programs stop if these calls
+/// fail, so they succeed without effect.
 const WINDOW_CALLS: [&str; 9] = [
     "ShowMessage",
     "ShowSerialPortTool",

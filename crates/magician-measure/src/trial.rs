@@ -120,7 +120,7 @@ pub async fn back_to_back(
     Ok(seen)
 }
 
-/// Sends frames in a single write. Collects one reply for each, or those that come within
+/// Sends frames in a single write. Collects one reply for each, or the replies within
 /// `patience`.
 async fn burst(
     line: &mut RawLine,

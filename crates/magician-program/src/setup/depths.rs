@@ -110,7 +110,7 @@ impl DepthSurvey {
 /// Heights at which a program feeds and travels.
 #[derive(Default)]
 struct Levels {
-    /// Lowest Z of the horizontal feed moves; if there are none, of all feed moves.
+    /// Lowest Z of the horizontal feed moves; without any, of all feed moves.
     lowest: Option<f64>,
     /// Levels by height in thousandths of a millimetre.
     levels: BTreeMap<i64, Level>,

@@ -265,7 +265,7 @@ impl Setup {
     }
 }
 
-/// Returns the note about duplicate lines, which are drawn once. `None` if there are none.
+/// Returns the note about duplicate lines, which are drawn once. `None` without any.
 fn duplicates_note(repeated: usize) -> Option<Diagnostic> {
     let what = match repeated {
         0 => return None,
@@ -277,7 +277,7 @@ fn duplicates_note(repeated: usize) -> Option<Diagnostic> {
     Some(note.remedy((Setting::Dedupe, SettingValue::Off), effect))
 }
 
-/// Returns the note about shapes without fill lines. `None` if there are none.
+/// Returns the note about shapes without fill lines. `None` without any.
 fn too_small_note(shapes: usize, spacing: f64) -> Option<Diagnostic> {
     let message = match shapes {
         0 => return None,
@@ -294,7 +294,7 @@ fn too_small_note(shapes: usize, spacing: f64) -> Option<Diagnostic> {
     Some(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
 }
 
-/// Returns the note about specks of an image, which are not drawn. `None` if there are none.
+/// Returns the note about specks of an image, which are not drawn. `None` without any.
 fn specks_note(specks: usize, size: f64) -> Option<Diagnostic> {
     let size = (size * 1e6).round() / 1e6;
     let message = match specks {

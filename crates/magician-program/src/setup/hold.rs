@@ -174,7 +174,7 @@ impl Holder {
             }
             other => {
                 if other.row().effect.moves_arm() {
-                    // A motion that is not tracked: relative steps after it have no known start.
+                    // An untracked motion: relative steps after it have no known start.
                     self.at = None;
                 }
                 return Ok(None);

@@ -56,8 +56,7 @@ impl Setup {
             || self.surface.is_some()
     }
 
-    /// Sets the options for reading G-code. `surface` is the surface under a program that is not
-    /// placed.
+    /// Sets the options for reading G-code. `surface` is the surface under an unplaced program.
     pub fn set_gcode_options(&self, gcode: &mut GcodeOptions, surface: Option<Surface>) {
         gcode.lift = self.pen.lift;
         gcode.placed = self.places();
