@@ -470,6 +470,7 @@ def draw_arm(
     alarms: Sequence[int],
     facts: Sequence[str],
 ) -> Picture: ...
+
 @final
 class Station:
     @staticmethod
