@@ -1,5 +1,6 @@
 //! Tests of counting steps and of finding the place to resume at.
 
+use super::step_counter::MAX_INDEX_PAIRS;
 use super::*;
 
 fn exactly(steps: u64) -> StepRange {
