@@ -227,8 +227,8 @@ proptest! {
     }
 }
 
-/// One end is just below the ceiling and the base blocks the line between the corners: only the
-/// other corner can be lowered, and must be lowered far enough for both.
+/// Jumps with one end just below the ceiling, and with the base on the line between the corners:
+/// only the other corner can be lowered, and must be lowered far enough for both.
 #[test]
 fn corner_is_lowered_for_both_if_other_cannot_be() {
     let planner = suction();

@@ -158,9 +158,9 @@ impl Arm {
         deadline: Instant,
     ) -> Result<T> {
         let before = self.inner.shared.suspended();
-        let mut handle_deadline = deadline + DEADLINE_GRACE;
+        let mut latest_return = deadline + DEADLINE_GRACE;
         loop {
-            let outcome = timeout_at(handle_deadline, self.answer_or_end(&mut answer)).await;
+            let outcome = timeout_at(latest_return, self.answer_or_end(&mut answer)).await;
             // After a suspension all tasks wake at once, perhaps this one before the driver: give
             // it a turn.
             let outcome = match outcome {
@@ -172,8 +172,8 @@ impl Arm {
             break match outcome {
                 Ok(Some(result)) => result,
                 Ok(None) => Err(Error::closed()),
-                Err(_) if extended > handle_deadline => {
-                    handle_deadline = extended;
+                Err(_) if extended > latest_return => {
+                    latest_return = extended;
                     continue;
                 }
                 Err(_) => Err(timeout_error),

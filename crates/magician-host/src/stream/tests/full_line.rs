@@ -19,7 +19,7 @@ const PLACES: u64 = 32;
 /// Time from the last byte of a request to the first of its reply, us.
 const TURNAROUND: Micros = 1_000;
 
-/// One direction of the line.
+/// Frames that travel in one direction of the line.
 #[derive(Default)]
 struct Wire {
     /// Instant at which it is free, ns.
