@@ -68,6 +68,13 @@ impl Message {
         Self::from_parts(word.to_owned(), word, Vec::new())
     }
 
+    /// Joins sentences with semicolons; `None` without any.
+    #[must_use]
+    pub fn joined(sentences: impl IntoIterator<Item = Self>) -> Option<Self> {
+        { sentences.into_iter() }
+            .reduce(|before, next| crate::message!("{before}; {next}", before, next))
+    }
+
     /// English text.
     #[must_use]
     pub fn as_str(&self) -> &str {

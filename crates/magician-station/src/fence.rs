@@ -3,7 +3,7 @@
 //! A fence bounds where the tool tip may go, how fast it moves and how strong the laser burns.
 //! [`Fence`] itself and its check are in `magician-host`; this module translates it for clients.
 
-use magician::{Cuboid, Fence, FenceError, FencePart, Message, message};
+use magician::{Cuboid, Fence, Message, message};
 use serde_json::{Map, Value, json};
 
 use crate::api::RpcError;
@@ -67,13 +67,13 @@ pub(crate) fn change_of(fence: Option<Fence>, change: &Value) -> Result<Option<F
         },
     };
     if let Some(floor) = number("floor", before.floor())? {
-        after = after.with_floor(floor).map_err(flaw)?;
+        after = after.with_floor(floor)?;
     }
     if let Some(speed) = number("speed", before.top_speed())? {
-        after = after.with_top_speed(speed).map_err(flaw)?;
+        after = after.with_top_speed(speed)?;
     }
     if let Some(power) = number("power", before.strongest_laser())? {
-        after = after.with_strongest_laser(power).map_err(flaw)?;
+        after = after.with_strongest_laser(power)?;
     }
     let within = match change.get("box") {
         None => before.within(),
@@ -81,7 +81,7 @@ pub(crate) fn change_of(fence: Option<Fence>, change: &Value) -> Result<Option<F
         Some(value) => Some(cuboid("box", value)?),
     };
     if let Some(within) = within {
-        after = after.with_box(within).map_err(flaw)?;
+        after = after.with_box(within)?;
     }
     let keep_outs = match change.get("keep_out") {
         None => before.keep_outs().to_vec(),
@@ -93,7 +93,7 @@ pub(crate) fn change_of(fence: Option<Fence>, change: &Value) -> Result<Option<F
         Some(_) => return Err(message!("`keep_out` must be an array of boxes")),
     };
     for keep_out in keep_outs {
-        after = after.with_keep_out(keep_out).map_err(flaw)?;
+        after = after.with_keep_out(keep_out)?;
     }
     // A fence without any bound is no fence: `null` is what clients then see.
     Ok(Some(after).filter(|fence| !fence.is_empty()))
@@ -123,31 +123,6 @@ fn cuboid(name: &str, value: &Value) -> Result<Cuboid, Message> {
     }
 }
 
-/// Returns the sentence for a fence that cannot be. `magician-motion` has the same sentences without
-/// templates.
-pub(crate) fn flaw(error: FenceError) -> Message {
-    let message = match error {
-        FenceError::NotFinite(part) => {
-            message!("{part}: expected finite numbers", part = part.name())
-        }
-        FenceError::Inverted { part, axis } => message!(
-            "{part}: the first corner must be below the second, and is not on {axis}",
-            part = part.name(),
-            axis = AXES.get(axis).copied().unwrap_or("z")
-        ),
-        FenceError::OutOfRange(FencePart::Laser, value) => {
-            message!("strongest_laser: {value} is not 0 to 100 %", value)
-        }
-        FenceError::OutOfRange(part, value) => {
-            message!("{part}: {value} must be above 0", part = part.name(), value)
-        }
-        // Too many boxes: their limit is known to `magician-motion` alone.
-        _ => error.to_string().into(),
-    };
-    debug_assert_eq!(message, error.to_string());
-    message
-}
-
 /// Returns the intersection of two fences: for each bound the stricter one.
 #[cfg(feature = "class")]
 pub(crate) fn stricter(one: Fence, other: &Fence) -> Fence {
@@ -163,7 +138,7 @@ pub(crate) fn stricter(one: Fence, other: &Fence) -> Fence {
         (a, b) => a.or(b),
     };
     let mut out = Some(Fence::default());
-    let mut add = |change: &dyn Fn(Fence) -> Result<Fence, FenceError>| {
+    let mut add = |change: &dyn Fn(Fence) -> Result<Fence, magician::FenceError>| {
         out = out.and_then(|fence| change(fence).ok());
     };
     if let Some(floor) = both(one.floor(), other.floor(), f64::max) {

@@ -30,9 +30,7 @@ impl PresetAct {
     pub(crate) fn carry_out(self, presets: &Presets) -> Result<Value, RpcError> {
         let saved = |saved: Result<_, PresetError>, param| {
             let saved = saved.map_err(|error| match error {
-                PresetError::Inexpressible(why) => {
-                    RpcError::param(param, visible(&why).to_string()).with_sentence(&why)
-                }
+                PresetError::Inexpressible(why) => RpcError::param_quoting(param, &why),
                 error => preset_error(error, "name"),
             });
             to_value(&PresetReport::from(&saved?))

@@ -1,7 +1,7 @@
 //! Errors of geometry and fence as messages. `magician-motion` has the same sentences without
 //! templates; assertions keep both equal.
 
-use magician_motion::{Breach, FencePart, MotionError, Unreachable};
+use magician_motion::{Breach, FenceError, FencePart, MotionError, Unreachable};
 
 use crate::{Message, message};
 
@@ -55,7 +55,7 @@ pub(crate) fn of_breach(breach: &Breach) -> Message {
             limit
         ),
         FencePart::Box { axis, upper } => {
-            let axis = ["x", "y", "z"].get(axis).copied().unwrap_or("z");
+            let axis = axis_name(axis);
             if upper {
                 message!(
                     "the tool tip would be at {axis} {value:.1} mm, the fence's box ends at {limit:.1} mm",
@@ -98,4 +98,34 @@ pub(crate) fn of_breach(breach: &Breach) -> Message {
     };
     debug_assert_eq!(message, breach.to_string());
     message
+}
+
+/// The sentence for an invalid fence.
+impl From<FenceError> for Message {
+    fn from(error: FenceError) -> Self {
+        let message = match error {
+            FenceError::NotFinite(part) => {
+                message!("{part}: expected finite numbers", part = part.name())
+            }
+            FenceError::Inverted { part, axis } => message!(
+                "{part}: the first corner must be below the second, and is not on {axis}",
+                part = part.name(),
+                axis = axis_name(axis)
+            ),
+            FenceError::OutOfRange(FencePart::Laser, value) => {
+                message!("strongest_laser: {value} is not 0 to 100 %", value)
+            }
+            FenceError::OutOfRange(part, value) => {
+                message!("{part}: {value} must be above 0", part = part.name(), value)
+            }
+            // Too many boxes: only `magician-motion` knows their limit.
+            _ => error.to_string().into(),
+        };
+        debug_assert_eq!(message, error.to_string());
+        message
+    }
+}
+
+fn axis_name(axis: usize) -> &'static str {
+    ["x", "y", "z"].get(axis).copied().unwrap_or("z")
 }

@@ -110,13 +110,12 @@ impl Preset {
                 _ => message!("left out as options of a pen: {options}", options),
             }
         });
-        let told = { self.note.iter().map(Message::from).chain(unused) }
-            .reduce(|before, next| message!("{before}; {next}", before, next));
-        let told = told.map(|told| {
-            let told = message!("preset {name}: {told}", name = self.name, told);
-            Diagnostic::of_file(told).coded(DiagnosticCode::Assumed)
+        let notes = Message::joined(self.note.iter().map(Message::from).chain(unused));
+        let note = notes.map(|notes| {
+            let note = message!("preset {name}: {notes}", name = self.name, notes);
+            Diagnostic::of_file(note).coded(DiagnosticCode::Assumed)
         });
-        Ok((options, told))
+        Ok((options, note))
     }
 }
 

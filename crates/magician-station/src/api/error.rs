@@ -2,6 +2,7 @@
 
 use magician::report::{ErrorFigures, SentenceReport};
 use magician::{ErrorKind, Message, message};
+use magician_protocol::visible;
 use serde_json::{Map, Value, json};
 
 use super::Role;
@@ -128,6 +129,12 @@ impl RpcError {
     #[must_use]
     pub fn param(name: &str, message: impl Into<Message>) -> Self {
         Self::new(Self::PARAMS, message).with("param", name)
+    }
+
+    /// Error for an invalid parameter whose sentence quotes a file or a name: control characters
+    /// are escaped in the message.
+    pub(crate) fn param_quoting(name: &str, sentence: &Message) -> Self {
+        Self::param(name, visible(sentence).to_string()).with_sentence(sentence)
     }
 
     /// Error of the arm, by kind.

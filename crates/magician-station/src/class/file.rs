@@ -343,7 +343,7 @@ impl ClassFile {
         }
         let top = ArmModel::MAGICIAN.ceilings.linear_velocity * percent / 100.0;
         let bounds = Fence::default().with_top_speed(top);
-        let bounds = bounds.map_err(|error| ClassError(crate::fence::flaw(error)))?;
+        let bounds = bounds.map_err(|error| ClassError(error.into()))?;
         Ok(Some(crate::fence::stricter(
             fence.unwrap_or_default(),
             &bounds,

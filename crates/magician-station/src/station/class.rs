@@ -475,8 +475,7 @@ impl Station {
 }
 
 pub(super) fn class_error(param: &str, error: ClassError) -> RpcError {
-    let why = magician_protocol::visible(&error.0).to_string();
-    RpcError::param(param, why).with_sentence(&error.0)
+    RpcError::param_quoting(param, &error.0)
 }
 
 pub(super) fn no_class() -> RpcError {

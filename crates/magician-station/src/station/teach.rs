@@ -223,6 +223,5 @@ fn in_row(nth: usize, why: &Message) -> RpcError {
 }
 
 fn param_error(param: &str, why: &Message) -> RpcError {
-    let text = format!("`{param}`: {}", magician_protocol::visible(why));
-    RpcError::param(param, text).with_sentence(&message!("`{param}`: {why}", param, why))
+    RpcError::param_quoting(param, &message!("`{param}`: {why}", param, why))
 }

@@ -95,9 +95,7 @@ fn station_at(path: &str) -> Option<String> {
 /// Returns the error of a search, with the results per port, and the station of a port that could
 /// not be queried.
 fn not_found(wanted: &str, seen: &[Message], station: Option<String>) -> Error {
-    let seen =
-        { seen.iter().cloned() }.reduce(|before, next| message!("{before}; {next}", before, next));
-    let message = match seen {
+    let message = match Message::joined(seen.iter().cloned()) {
         None => message!(
             "the arm {wanted} was not found: no adapter of an arm is plugged in; is it switched \
                 on and plugged in?",
