@@ -37,7 +37,7 @@ export function teaching(test, { browser, station, closePage, shots }) {
   };
   const cell = (page, axis, n) => page.getByLabel(`${axis} of point ${n}`, { exact: true });
   const kept = async (page) => {
-    // The page stores a change 0.3 s after the last one.
+    // The page stores a change 0.25 s after the last one.
     await page.waitForTimeout(600);
     return page.evaluate(() => JSON.parse(localStorage.getItem("magician.teach")).taught.rows);
   };

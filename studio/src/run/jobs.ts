@@ -19,16 +19,16 @@ export const canResume = (job: Job): boolean => RESUMABLE_STATES.includes(job.st
 
 /** Current job, otherwise the last one. */
 export const job = computed<Job | null>(() => jobs.value.findLast(isActive) ?? jobs.value.at(-1) ?? null);
-/** Time since the current job's remaining time was estimated, whole s. */
+/** Time since the current job's remaining time was estimated, whole s; 0 unless the job runs. */
 const estimateAge = signal(0);
 /** The estimate, with the job and its state; the station estimates once a step. */
 const estimate = computed(() => {
   const { job: id, state, seconds_left } = job.value ?? {};
   return `${id} ${state} ${seconds_left}`;
 });
-/** Remaining time now, s; null if it is not known. It stands still unless the job runs. */
-export const secondsLeft = ({ state, seconds_left }: Job): number | null =>
-  seconds_left === null ? null : Math.max(0, seconds_left - (state === "running" ? estimateAge.value : 0));
+/** Remaining time of the current job, s; null if it is not known. It stands still unless the job runs. */
+export const secondsLeft = ({ seconds_left }: Job): number | null =>
+  seconds_left === null ? null : Math.max(0, seconds_left - estimateAge.value);
 export const busy = computed(() => job.value !== null && isActive(job.value));
 /** Name of another client that started the job; null otherwise. */
 export const startedBy = (job: Job): string | null =>
@@ -87,8 +87,9 @@ function startFollowing(): () => void {
   });
   const endCounting = effect(() => {
     void estimate.value;
-    const at = performance.now();
     estimateAge.value = 0;
+    if (job.peek()?.state !== "running") return;
+    const at = performance.now();
     const timer = setInterval(() => (estimateAge.value = Math.floor((performance.now() - at) / 1000)), 1000);
     return () => clearInterval(timer);
   });
